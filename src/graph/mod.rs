@@ -1,0 +1,111 @@
+//! Graph layer: `text ▶ Graph`. Readers, unit cells, and checks that return all faults.
+
+use crate::ids::{NodeId, StrutId};
+use glam::DVec3;
+
+/// A strut: two node indices and a radius at each end (mm).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strut {
+    pub a: NodeId,
+    pub b: NodeId,
+    pub ra: f64,
+    pub rb: f64,
+}
+
+/// Which end of a strut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum End {
+    A,
+    B,
+}
+
+/// One strut seen from one of its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arm {
+    pub strut: StrutId,
+    pub end: End,
+}
+
+/// A lattice graph that has passed the structural checks. Lengths in mm.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    nodes: Vec<DVec3>,
+    struts: Vec<Strut>,
+    /// Arms of node n: `arms[first[n]..first[n + 1]]`, ordered by strut id.
+    first: Vec<u32>,
+    arms: Vec<Arm>,
+}
+
+impl Graph {
+    /// Build the incidence lists. The caller has checked that all indices are in range.
+    pub fn new(nodes: Vec<DVec3>, struts: Vec<Strut>) -> Self {
+        let mut first = vec![0u32; nodes.len() + 1];
+        for s in &struts {
+            first[s.a.index() + 1] += 1;
+            first[s.b.index() + 1] += 1;
+        }
+        for n in 0..nodes.len() {
+            first[n + 1] += first[n];
+        }
+        let mut next = first.clone();
+        let mut arms = vec![Arm { strut: StrutId(0), end: End::A }; 2 * struts.len()];
+        for (k, s) in struts.iter().enumerate() {
+            for (node, end) in [(s.a, End::A), (s.b, End::B)] {
+                let at = &mut next[node.index()];
+                arms[*at as usize] = Arm { strut: StrutId(k as u32), end };
+                *at += 1;
+            }
+        }
+        Graph { nodes, struts, first, arms }
+    }
+
+    /// Node positions (mm), indexed by `NodeId`.
+    pub fn nodes(&self) -> &[DVec3] {
+        &self.nodes
+    }
+
+    /// Struts, indexed by `StrutId`.
+    pub fn struts(&self) -> &[Strut] {
+        &self.struts
+    }
+
+    /// The arms of a node, ordered by strut id.
+    pub fn arms(&self, node: NodeId) -> &[Arm] {
+        let (i, j) = (self.first[node.index()], self.first[node.index() + 1]);
+        &self.arms[i as usize..j as usize]
+    }
+
+    /// Number of struts at a node.
+    pub fn degree(&self, node: NodeId) -> usize {
+        self.arms(node).len()
+    }
+
+    /// All node ids in order.
+    pub fn node_ids(&self) -> impl Iterator<Item = NodeId> + use<> {
+        (0..self.nodes.len() as u32).map(NodeId)
+    }
+
+    /// The node at this end of the strut.
+    pub fn near(&self, arm: Arm) -> NodeId {
+        let s = &self.struts[arm.strut.index()];
+        if arm.end == End::A { s.a } else { s.b }
+    }
+
+    /// The node at the other end of the strut.
+    pub fn far(&self, arm: Arm) -> NodeId {
+        let s = &self.struts[arm.strut.index()];
+        if arm.end == End::A { s.b } else { s.a }
+    }
+
+    /// The radius at this end of the strut (mm).
+    pub fn radius(&self, arm: Arm) -> f64 {
+        let s = &self.struts[arm.strut.index()];
+        if arm.end == End::A { s.ra } else { s.rb }
+    }
+
+    /// The strut's length (mm).
+    pub fn length(&self, strut: StrutId) -> f64 {
+        let s = &self.struts[strut.index()];
+        self.nodes[s.a.index()].distance(self.nodes[s.b.index()])
+    }
+}

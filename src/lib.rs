@@ -1,0 +1,15 @@
+//! A lattice graph becomes one closed, smooth, exact solid in a STEP file.
+//!
+//! Data flows one way: `graph ▶ node ▶ patch ▶ brep ▶ step`. `docs/architecture.md` draws it.
+
+pub mod brep;
+pub mod error;
+pub mod graph;
+pub mod ids;
+pub mod math;
+pub mod node;
+pub mod options;
+pub mod patch;
+pub mod pipeline;
+pub mod report;
+pub mod step;

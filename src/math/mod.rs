@@ -1,0 +1,3 @@
+//! Floor: plain geometry and numbers that every layer may use. Knows nothing of lattices.
+
+pub mod nurbs;

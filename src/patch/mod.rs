@@ -1,0 +1,62 @@
+//! Patch layer: `Film ▶ Skin`. A skin is all spline patches of one node with their shared edges.
+//! Everything is in node units: the node at the origin, lengths divided by the node's radius.
+
+use crate::math::nurbs::{NurbsCurve, NurbsSurface};
+use glam::DVec3;
+
+/// All patches of one node, with the topology that the B-rep takes over.
+/// Node units: node at the origin, radius 1.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    /// Corner points and rim points.
+    pub vertices: Vec<DVec3>,
+    pub edges: Vec<SkinEdge>,
+    pub patches: Vec<Patch>,
+    /// One rim per arm, in the order of the node's arms (`Graph::arms(node)`).
+    pub rims: Vec<Rim>,
+}
+
+/// An edge between two vertices of the skin. Border of two patches, or of one patch and a strut.
+#[derive(Clone, Debug)]
+pub struct SkinEdge {
+    /// Start and end, indices into `Skin::vertices`.
+    pub ends: [usize; 2],
+    pub curve: SkinCurve,
+}
+
+#[derive(Clone, Debug)]
+pub enum SkinCurve {
+    /// An arc of the rim circle of arm `.0` (index into `Skin::rims`), running
+    /// counter-clockwise about the rim's axis from `ends[0]` to `ends[1]`.
+    RimArc(usize),
+    /// A spline inside the node; its control points and weights (up to one common factor) are
+    /// bit for bit the border row of both patches that share it.
+    Spline(NurbsCurve),
+}
+
+/// One spline patch: the surface over one sector.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    /// u runs along the rim, v from the rim (v = 0) to the cell side (v = 1).
+    /// du × dv points out of the solid.
+    pub surface: NurbsSurface,
+    /// The boundary loop, counter-clockwise seen from outside: (edge, runs forward).
+    /// Starts with the rim arc (v = 0).
+    pub boundary: [(usize, bool); 4],
+    /// Index of the arm whose cell holds this sector.
+    pub arm: usize,
+}
+
+/// The end circle of a strut at this node.
+#[derive(Clone, Debug)]
+pub struct Rim {
+    /// Unit vector from the node along the strut.
+    pub axis: DVec3,
+    /// Distance of the circle's centre from the node (the cut), node units; 0 for a degree-1 end.
+    pub cut: f64,
+    /// Circle radius in node units (1 for equal radii).
+    pub radius: f64,
+    /// The arcs of the rim, indices into `Skin::edges`, counter-clockwise about `axis`, closed.
+    /// Empty for a degree-1 end: there the strut ends in a cap.
+    pub arcs: Vec<usize>,
+}
