@@ -1,0 +1,266 @@
+//! Spherical Voronoi cells of the strut directions. Luo & Zou 2025, section 3.3.1, figure 6.
+//!
+//! Differs from the paper (Fortune's algorithm) and from the dual of the convex hull: each side is found by
+//! itself, as the part of the bisector circle of two struts where no third strut is nearer. On that circle
+//! each other strut rules out one half circle, so a side is an intersection of half circles; that holds for
+//! flat, half-space, cubic and two-strut nodes alike, with no special case. Corners that fall together within
+//! `SNAP` become one, so the corner of a cubic lattice, where four cells meet, stays one corner.
+//! Tests hold the result against the convex hull.
+//!
+//! Each side is written in its own frame: `φ` is the azimuth about both struts from the plane that holds them,
+//! and `y(φ) = h(φ) c_i + e_i(φ)`, `h = cos φ cot(θ/2)`, runs along the crease of the two unit cylinders.
+
+use crate::node::star::{Star, angle, perpendicular};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Corners nearer than this (radians) are one corner. Below it a sector is thinner than readers' tolerance on
+/// usual models; the skin's tangent planes are then off by up to about this angle, far below 0.1°.
+pub const SNAP: f64 = 1e-4;
+
+/// No arc of a side is wider than this (radians): wider ones are split by extra corners. One rational patch
+/// then spans at most a third of a turn.
+pub const WIDEST: f64 = 2.0 * PI / 3.0;
+
+/// The cells of one node: corners and the sides between them.
+#[derive(Clone, Debug, Default)]
+pub struct Cells {
+    /// Points where cells meet: direction scaled so that its distance from the axis of the neighbouring struts is 1
+    /// (a point on the crease of unit cylinders).
+    pub corners: Vec<DVec3>,
+    pub sides: Vec<Side>,
+    /// Per arm: its sides in counter-clockwise order about the axis, as (side, which of the side's two arms).
+    pub around: Vec<Vec<(usize, usize)>>,
+}
+
+/// The common border of two cells (or a part of it where a wide border was split).
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// The two struts, `arms[0] < arms[1]`.
+    pub arms: [usize; 2],
+    /// Corner at the start and at the end; φ grows from the first to the second.
+    pub corners: [usize; 2],
+    pub frame: Frame,
+    /// Azimuth of the start and of the end, radians, `phi[0] < phi[1]`; the same about both struts.
+    pub phi: [f64; 2],
+}
+
+/// The frame of a pair of struts.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Unit axes of the two struts.
+    pub c: [DVec3; 2],
+    /// Unit vectors perpendicular to each axis, towards the other strut: azimuth 0.
+    pub e: [DVec3; 2],
+    /// Unit normal of the plane of both struts: azimuth 90°. Counter-clockwise about `c[0]`, clockwise about `c[1]`.
+    pub n: DVec3,
+    /// Angle between the struts, radians.
+    pub theta: f64,
+}
+
+impl Frame {
+    pub fn new(a: DVec3, b: DVec3) -> Frame {
+        let theta = angle(a, b);
+        let cross = a.cross(b);
+        // Opposite struts: any plane through them serves.
+        let n = if cross.length() > 1e-9 { cross.normalize() } else { a.cross(perpendicular(a)).normalize() };
+        Frame { c: [a, b], e: [n.cross(a), b.cross(n)], n, theta }
+    }
+
+    /// cot(θ/2): the height of the crease above the node at azimuth 0.
+    pub fn height(&self) -> f64 {
+        1.0 / (0.5 * self.theta).tan()
+    }
+
+    /// The crease of the two unit cylinders at azimuth `phi`.
+    pub fn crease(&self, phi: f64) -> DVec3 {
+        let (sin, cos) = phi.sin_cos();
+        self.height() * cos * self.c[0] + cos * self.e[0] + sin * self.n
+    }
+
+    /// The azimuth about arm `k` (0 or 1) of a direction.
+    pub fn azimuth(&self, k: usize, y: DVec3) -> f64 {
+        y.dot(self.n).atan2(y.dot(self.e[k]))
+    }
+}
+
+/// A part of a bisector circle: start and end azimuth, end in (start, start + 2π].
+type Arc = [f64; 2];
+
+impl Cells {
+    /// Cells of a node with two struts or more.
+    pub fn new(star: &Star) -> Result<Cells, String> {
+        let axes = &star.axes;
+        let mut corners = Vec::new(); // directions of all arc ends, before they are joined
+        let mut sides = Vec::new();
+        for i in 0..axes.len() {
+            for j in i + 1..axes.len() {
+                let frame = Frame::new(axes[i], axes[j]);
+                let Some(arc) = side_arc(axes, i, j, &frame) else { continue };
+                let cuts = split(arc);
+                for w in cuts.windows(2) {
+                    let at = corners.len();
+                    corners.push(frame.crease(w[0]).normalize());
+                    corners.push(frame.crease(w[1]).normalize());
+                    sides.push(Side { arms: [i, j], corners: [at, at + 1], frame, phi: [w[0], w[1]] });
+                }
+            }
+        }
+        let (joined, place) = join(&corners);
+        for side in &mut sides {
+            side.corners = side.corners.map(|k| place[k]);
+        }
+        sides.retain(|s| s.corners[0] != s.corners[1]);
+        let mut cells = Cells { corners: joined, sides, around: vec![Vec::new(); axes.len()] };
+        cells.order(axes)?;
+        cells.scale_corners();
+        Ok(cells)
+    }
+
+    /// Order the sides about each arm, and check that the cells close: every cell is one ring of sides, and
+    /// corners - sides + cells = 2 (Euler on the sphere).
+    fn order(&mut self, axes: &[DVec3]) -> Result<(), String> {
+        for arm in 0..axes.len() {
+            let mut ring: Vec<(usize, usize)> =
+                self.sides.iter().enumerate().filter_map(|(k, s)| s.arms.iter().position(|&a| a == arm).map(|w| (k, w))).collect();
+            for at in 0..ring.len() {
+                let end = self.ring_end(ring[at]);
+                let next = (at + 1..ring.len()).find(|&k| self.ring_start(ring[k]) == end);
+                match next {
+                    Some(k) => ring.swap(at + 1, k),
+                    None if at + 1 == ring.len() && end == self.ring_start(ring[0]) => {}
+                    None => return Err(format!("the cell of strut {arm} of the node does not close")),
+                }
+            }
+            if ring.len() < 2 {
+                return Err(format!("the cell of strut {arm} of the node has {} sides, needs 2", ring.len()));
+            }
+            self.around[arm] = ring;
+        }
+        let euler = self.corners.len() as i64 - self.sides.len() as i64 + axes.len() as i64;
+        if euler != 2 {
+            return Err(format!("the node's cells do not cover the sphere once (Euler number {euler}, must be 2)"));
+        }
+        Ok(())
+    }
+
+    /// The corner where a side starts, going counter-clockwise about the arm.
+    fn ring_start(&self, (side, which): (usize, usize)) -> usize {
+        self.sides[side].corners[which]
+    }
+
+    fn ring_end(&self, (side, which): (usize, usize)) -> usize {
+        self.sides[side].corners[1 - which]
+    }
+
+    /// Scale corners onto the unit cylinders, and set each side's azimuths to those of its corners.
+    fn scale_corners(&mut self) {
+        let mut scaled = vec![false; self.corners.len()];
+        for side in &mut self.sides {
+            for end in 0..2 {
+                let k = side.corners[end];
+                let dir = self.corners[k];
+                if !scaled[k] {
+                    self.corners[k] = dir / dir.cross(side.frame.c[0]).length();
+                    scaled[k] = true;
+                }
+                // mean of the azimuths about both struts: they agree unless corners were joined
+                let near = |a: f64| a + 2.0 * PI * ((side.phi[end] - a) / (2.0 * PI)).round();
+                side.phi[end] = 0.5 * (near(side.frame.azimuth(0, dir)) + near(side.frame.azimuth(1, dir)));
+            }
+        }
+    }
+}
+
+/// The part of the bisector circle of struts i and j where no other strut is nearer.
+fn side_arc(axes: &[DVec3], i: usize, j: usize, frame: &Frame) -> Option<Arc> {
+    let mid = frame.height() * axes[i] + frame.e[0];
+    let mut arc: Arc = [-PI, PI];
+    let mut whole = true;
+    for (k, &c) in axes.iter().enumerate() {
+        if k == i || k == j {
+            continue;
+        }
+        // strut k is no nearer than i where p cos φ + q sin φ <= 0
+        let (p, q) = ((c - axes[i]).dot(mid), (c - axes[i]).dot(frame.n));
+        if p.hypot(q) < 1e-12 {
+            continue;
+        }
+        let centre = (-q).atan2(-p); // middle of the allowed half circle
+        let half = [centre - 0.5 * PI, centre + 0.5 * PI];
+        if whole {
+            arc = half;
+            whole = false;
+            continue;
+        }
+        // arc has at most half a turn: intersect with the half circle, moved next to it
+        let turn = ((0.5 * (arc[0] + arc[1]) - centre) / (2.0 * PI)).round() * 2.0 * PI;
+        arc = [arc[0].max(half[0] + turn), arc[1].min(half[1] + turn)];
+        if arc[1] - arc[0] < 1e-12 {
+            return None;
+        }
+    }
+    // bring the middle of the arc next to azimuth 0
+    let turn = (0.5 * (arc[0] + arc[1]) / (2.0 * PI)).round() * 2.0 * PI;
+    Some([arc[0] - turn, arc[1] - turn])
+}
+
+/// Where to split an arc so that each part is at most `WIDEST` wide and lies within 100° of azimuth 0 or of
+/// azimuth 180° (the patch layer's rational parameter t = tan(φ/2) is measured from one of the two).
+fn split(arc: Arc) -> Vec<f64> {
+    let right = 0.5 * PI;
+    let reach = 100f64.to_radians();
+    let mut at = vec![arc[0]];
+    for quarter in -4i32..=4 {
+        let phi = quarter as f64 * right;
+        let odd = quarter % 2 != 0;
+        // odd quarters part front from back; even ones halve what is too wide
+        let needed = if odd { phi - arc[0] > reach - right && arc[1] - phi > reach - right } else { arc[1] - arc[0] > WIDEST };
+        if needed && phi > arc[0] + 0.1 && phi < arc[1] - 0.1 {
+            at.push(phi);
+        }
+    }
+    at.push(arc[1]);
+    // whatever is still too wide is halved
+    let mut fine = vec![at[0]];
+    for w in at.windows(2) {
+        let parts = ((w[1] - w[0]) / WIDEST).ceil().max(1.0);
+        for k in 1..=parts as usize {
+            fine.push(if k as f64 == parts { w[1] } else { w[0] + (w[1] - w[0]) * k as f64 / parts });
+        }
+    }
+    fine
+}
+
+/// Join directions nearer than `SNAP`: the joined unit directions (means), and where each went.
+fn join(points: &[DVec3]) -> (Vec<DVec3>, Vec<usize>) {
+    let mut root: Vec<usize> = (0..points.len()).collect();
+    fn find(root: &mut [usize], mut k: usize) -> usize {
+        while root[k] != k {
+            root[k] = root[root[k]];
+            k = root[k];
+        }
+        k
+    }
+    for a in 0..points.len() {
+        for b in 0..a {
+            if points[a].distance_squared(points[b]) < SNAP * SNAP {
+                let (ra, rb) = (find(&mut root, a), find(&mut root, b));
+                root[ra.max(rb)] = ra.min(rb);
+            }
+        }
+    }
+    let mut sums: Vec<DVec3> = Vec::new();
+    let mut slot = vec![usize::MAX; points.len()];
+    let mut place = Vec::with_capacity(points.len());
+    for k in 0..points.len() {
+        let r = find(&mut root, k);
+        if slot[r] == usize::MAX {
+            slot[r] = sums.len();
+            sums.push(DVec3::ZERO);
+        }
+        sums[slot[r]] += points[k];
+        place.push(slot[r]);
+    }
+    (sums.into_iter().map(|s| s.normalize()).collect(), place)
+}

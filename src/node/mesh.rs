@@ -1,0 +1,141 @@
+//! Triangle meshes in flat arrays, with twin half-edges, and ray casting from the node by walking.
+
+use crate::node::Hit;
+use glam::DVec3;
+
+/// No twin: the half-edge lies on a rim.
+pub const NONE: u32 = u32::MAX;
+
+/// Triangles, counter-clockwise seen from outside.
+#[derive(Clone, Debug, Default)]
+pub struct Triangles(pub Vec<[u32; 3]>);
+
+/// Place of a vertex on a rim circle.
+#[derive(Clone, Copy, Debug)]
+pub struct Rim {
+    pub arm: u32,
+}
+
+impl Triangles {
+    /// Half-edge `3 f + k` runs from vertex k to vertex k + 1 of triangle f. Returns its twin, or `NONE` on a rim.
+    pub fn twins(&self) -> Vec<u32> {
+        let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * self.0.len());
+        for (f, t) in self.0.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                edges.push((a.min(b), a.max(b), (3 * f + k) as u32));
+            }
+        }
+        edges.sort_unstable();
+        let mut twins = vec![NONE; edges.len()];
+        for w in edges.windows(2) {
+            if w[0].0 == w[1].0 && w[0].1 == w[1].1 {
+                twins[w[0].2 as usize] = w[1].2;
+                twins[w[1].2 as usize] = w[0].2;
+            }
+        }
+        twins
+    }
+}
+
+/// A refined film.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    pub points: Vec<DVec3>,
+    /// Unit normals of the refined surface at its vertices: cylinder normals on the rims, else the mean of the facets'.
+    pub normals: Vec<DVec3>,
+    pub triangles: Triangles,
+    pub twins: Vec<u32>,
+}
+
+impl Mesh {
+    /// Least cosine between a facet's normal and the ray from the node to it (negative: the film is folded there),
+    /// and the number of facets turned away from the node.
+    pub fn facing(&self) -> (f64, usize) {
+        let mut least = 1.0f64;
+        let mut folded = 0;
+        for t in &self.triangles.0 {
+            let [a, b, c] = t.map(|v| self.points[v as usize]);
+            let cos = (b - a).cross(c - a).normalize_or_zero().dot((a + b + c).normalize_or_zero());
+            least = least.min(cos);
+            folded += usize::from(cos <= 0.0);
+        }
+        (least, folded)
+    }
+}
+
+/// Casts rays from the node at a mesh. Walks from facet to facet, so near rays in turn are cheap.
+pub struct Caster<'a> {
+    mesh: &'a Mesh,
+    at: usize,
+}
+
+impl<'a> Caster<'a> {
+    pub fn new(mesh: &'a Mesh) -> Self {
+        Caster { mesh, at: 0 }
+    }
+
+    /// Where the ray meets the mesh. The facets are lifted towards the smooth surface by their vertex normals:
+    /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
+    pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
+        let u = direction.normalize();
+        let face = self.walk(u).or_else(|| self.search(u))?;
+        self.at = face;
+        let t = self.mesh.triangles.0[face].map(|v| v as usize);
+        let [a, b, c] = t.map(|v| self.mesh.points[v]);
+        let weight = [u.dot(b.cross(c)), u.dot(c.cross(a)), u.dot(a.cross(b))];
+        let sum: f64 = weight.iter().sum();
+        let p = (weight[0] * a + weight[1] * b + weight[2] * c) / sum;
+        let mut normal = DVec3::ZERO;
+        let mut lift = 0.0;
+        for k in 0..3 {
+            let n = self.mesh.normals[t[k]];
+            normal += weight[k] / sum * n;
+            lift += 0.5 * weight[k] / sum * n.dot(self.mesh.points[t[k]] - p);
+        }
+        let normal = normal.normalize();
+        // steep facets: the lift along the ray is bounded by the size of the facet
+        let along = lift / normal.dot(u).max(0.2);
+        let size = a.distance(b).max(b.distance(c));
+        Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
+    }
+
+    fn walk(&self, u: DVec3) -> Option<usize> {
+        let mesh = self.mesh;
+        let mut face = self.at;
+        let mut from = NONE;
+        for _ in 0..400 {
+            let t = mesh.triangles.0[face];
+            let mut next = NONE;
+            let mut worst = 0.0;
+            for k in 0..3 {
+                let (a, b) = (mesh.points[t[k] as usize], mesh.points[t[(k + 1) % 3] as usize]);
+                let side = u.dot(a.cross(b)) / a.distance(b);
+                let h = (3 * face + k) as u32;
+                if side < worst && mesh.twins[h as usize] != NONE && h != from {
+                    worst = side;
+                    next = mesh.twins[h as usize];
+                }
+            }
+            if next == NONE {
+                return self.inside(face, u).then_some(face);
+            }
+            from = next;
+            face = next as usize / 3;
+        }
+        None
+    }
+
+    /// Facet `face` faces outward and holds the ray.
+    fn inside(&self, face: usize, u: DVec3) -> bool {
+        let [a, b, c] = self.mesh.triangles.0[face].map(|v| self.mesh.points[v as usize]);
+        let slack = -1e-12 * a.length_squared();
+        a.dot(b.cross(c)) > 0.0 && u.dot(a.cross(b)) >= slack && u.dot(b.cross(c)) >= slack && u.dot(c.cross(a)) >= slack
+    }
+
+    /// All facets, the outermost hit first.
+    fn search(&self, u: DVec3) -> Option<usize> {
+        let reach = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize].dot(u);
+        (0..self.mesh.triangles.0.len()).filter(|&f| reach(f) > 0.0 && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+    }
+}
