@@ -1,3 +1,4 @@
 //! Floor: plain geometry and numbers that every layer may use. Knows nothing of lattices.
 
+pub mod gauss;
 pub mod nurbs;
