@@ -1,7 +1,7 @@
 //! Rational B-spline curves and surfaces: storage and evaluation.
 //! Source: Piegl & Tiller, The NURBS Book, algorithms A2.1-A2.3 and equation 4.20.
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
 /// A clamped rational B-spline curve. `knots.len() == points.len() + degree + 1`.
@@ -29,10 +29,279 @@ pub struct NurbsSurface {
     pub weights: Vec<f64>,
 }
 
+/// Highest degree that evaluation supports (the basis lives on the stack).
+pub const MAX_DEGREE: usize = 9;
+
+/// The `degree + 1` basis functions that do not vanish on one knot span: `[0]` values,
+/// `[1]` first and `[2]` second derivatives.
+pub type Basis = [[f64; MAX_DEGREE + 1]; 3];
+
 /// Position and first derivatives of a surface at one parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Jet1 {
     pub p: DVec3,
     pub du: DVec3,
     pub dv: DVec3,
+}
+
+/// Position, first and second derivatives of a surface at one parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Jet2 {
+    pub p: DVec3,
+    pub du: DVec3,
+    pub dv: DVec3,
+    pub duu: DVec3,
+    pub duv: DVec3,
+    pub dvv: DVec3,
+}
+
+/// Position and first derivative of a curve at one parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct CurveJet1 {
+    pub p: DVec3,
+    pub d: DVec3,
+}
+
+/// Index `s` with `knots[s] <= t < knots[s + 1]` (A2.1); at the upper end of the domain the last
+/// span that is not empty. Parameters outside of the domain get the nearest span (and so the
+/// polynomial continuation).
+pub fn span(degree: usize, knots: &[f64], t: f64) -> usize {
+    let last = knots.len() - degree - 2;
+    let inner = &knots[degree + 1..=last];
+    degree + inner.partition_point(|&k| k <= t)
+}
+
+/// Basis functions and their derivatives up to `order` (at most 2) on span `s` (A2.3).
+/// Rows above `order` stay zero.
+pub fn basis(degree: usize, knots: &[f64], s: usize, t: f64, order: usize) -> Basis {
+    debug_assert!(degree <= MAX_DEGREE && order <= 2);
+    let mut out = [[0.0; MAX_DEGREE + 1]; 3];
+    // `low[k]` keeps the values of degree `degree - k`, which the derivatives of order k need.
+    let mut low = [[0.0; MAX_DEGREE + 1]; 3];
+    let mut value = [0.0; MAX_DEGREE + 1];
+    value[0] = 1.0;
+    for p in 0..=degree {
+        if p > 0 {
+            let mut saved = 0.0;
+            for r in 0..p {
+                let (left, right) = (knots[s + 1 + r - p], knots[s + 1 + r]);
+                let ratio = value[r] / (right - left);
+                value[r] = saved + (right - t) * ratio;
+                saved = (t - left) * ratio;
+            }
+            value[p] = saved;
+        }
+        if degree - p <= 2 {
+            low[degree - p] = value;
+        }
+    }
+    out[0] = low[0];
+    if order >= 1 && degree >= 1 {
+        out[1] = derive(degree, knots, s, &low[1]);
+    }
+    if order >= 2 && degree >= 2 {
+        out[2] = derive(degree, knots, s, &derive(degree - 1, knots, s, &low[2]));
+    }
+    out
+}
+
+/// From `Σ c_i N_{i, p-1}` derivatives to those of degree p, on span `s` (eq. 2.7):
+/// `N'_{i,p} = p (N_{i,p-1} / (t_{i+p} - t_i) - N_{i+1,p-1} / (t_{i+p+1} - t_{i+1}))`.
+fn derive(p: usize, knots: &[f64], s: usize, lower: &[f64; MAX_DEGREE + 1]) -> [f64; MAX_DEGREE + 1] {
+    let mut out = [0.0; MAX_DEGREE + 1];
+    for r in 0..p {
+        // Basis function of degree p - 1 with index s - p + 1 + r; its support is p knots long.
+        let i = s + 1 + r - p;
+        let slope = p as f64 * lower[r] / (knots[i + p] - knots[i]);
+        out[r] -= slope;
+        out[r + 1] += slope;
+    }
+    out
+}
+
+/// First and last parameter of a clamped knot vector.
+pub fn domain(degree: usize, knots: &[f64]) -> [f64; 2] {
+    [knots[degree], knots[knots.len() - degree - 1]]
+}
+
+/// The ends of the spans that are not empty, first and last parameter included.
+pub fn breaks(degree: usize, knots: &[f64]) -> Vec<f64> {
+    let mut out = knots[degree..knots.len() - degree].to_vec();
+    out.dedup();
+    out
+}
+
+impl NurbsCurve {
+    /// First and last parameter.
+    pub fn domain(&self) -> [f64; 2] {
+        domain(self.degree, &self.knots)
+    }
+
+    /// The point at parameter `t`.
+    pub fn point(&self, t: f64) -> DVec3 {
+        let a = self.homogeneous(t, 0);
+        a[0].truncate() / a[0].w
+    }
+
+    /// Point and first derivative at parameter `t`.
+    pub fn jet1(&self, t: f64) -> CurveJet1 {
+        let a = self.homogeneous(t, 1);
+        let p = a[0].truncate() / a[0].w;
+        CurveJet1 { p, d: (a[1].truncate() - a[1].w * p) / a[0].w }
+    }
+
+    /// Derivatives of (weight · point, weight) up to `order` (at most 1).
+    fn homogeneous(&self, t: f64, order: usize) -> [DVec4; 2] {
+        let s = span(self.degree, &self.knots, t);
+        let b = basis(self.degree, &self.knots, s, t, order);
+        let mut a = [DVec4::ZERO; 2];
+        for r in 0..=self.degree {
+            let i = s - self.degree + r;
+            let w = self.weights[i];
+            let h = (self.points[i] * w).extend(w);
+            a[0] += b[0][r] * h;
+            a[1] += b[1][r] * h;
+        }
+        a
+    }
+}
+
+impl NurbsSurface {
+    /// Number of control points in u and v.
+    pub fn size(&self) -> [usize; 2] {
+        [0, 1].map(|k| self.knots[k].len() - self.degree[k] - 1)
+    }
+
+    /// First and last parameter in u and in v.
+    pub fn domain(&self) -> [[f64; 2]; 2] {
+        [0, 1].map(|k| domain(self.degree[k], &self.knots[k]))
+    }
+
+    /// The point at `(u, v)`.
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        let a = self.homogeneous(u, v, 0);
+        a[0][0].truncate() / a[0][0].w
+    }
+
+    /// Point and first derivatives at `(u, v)`.
+    pub fn jet1(&self, u: f64, v: f64) -> Jet1 {
+        let a = self.homogeneous(u, v, 1);
+        let w = a[0][0].w;
+        let p = a[0][0].truncate() / w;
+        Jet1 {
+            p,
+            du: (a[1][0].truncate() - a[1][0].w * p) / w,
+            dv: (a[0][1].truncate() - a[0][1].w * p) / w,
+        }
+    }
+
+    /// Point, first and second derivatives at `(u, v)` (eq. 4.20).
+    pub fn jet2(&self, u: f64, v: f64) -> Jet2 {
+        let a = self.homogeneous(u, v, 2);
+        let w = a[0][0].w;
+        let p = a[0][0].truncate() / w;
+        let du = (a[1][0].truncate() - a[1][0].w * p) / w;
+        let dv = (a[0][1].truncate() - a[0][1].w * p) / w;
+        Jet2 {
+            p,
+            du,
+            dv,
+            duu: (a[2][0].truncate() - 2.0 * a[1][0].w * du - a[2][0].w * p) / w,
+            duv: (a[1][1].truncate() - a[1][0].w * dv - a[0][1].w * du - a[1][1].w * p) / w,
+            dvv: (a[0][2].truncate() - 2.0 * a[0][1].w * dv - a[0][2].w * p) / w,
+        }
+    }
+
+    /// `[k][l]`: derivative k times in u and l times in v of (weight · point, weight), for
+    /// `k + l <= order`; the other entries are zero.
+    fn homogeneous(&self, u: f64, v: f64, order: usize) -> [[DVec4; 3]; 3] {
+        let [p, q] = self.degree;
+        let nv = self.size()[1];
+        let (su, sv) = (span(p, &self.knots[0], u), span(q, &self.knots[1], v));
+        let bu = basis(p, &self.knots[0], su, u, order);
+        let bv = basis(q, &self.knots[1], sv, v, order);
+        let mut a = [[DVec4::ZERO; 3]; 3];
+        for r in 0..=p {
+            let at = (su - p + r) * nv + sv - q;
+            let mut row = [DVec4::ZERO; 3];
+            for c in 0..=q {
+                let w = self.weights[at + c];
+                let h = (self.points[at + c] * w).extend(w);
+                for l in 0..=order {
+                    row[l] += bv[l][c] * h;
+                }
+            }
+            for k in 0..=order {
+                for l in 0..=order - k {
+                    a[k][l] += bu[k][r] * row[l];
+                }
+            }
+        }
+        a
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bumpy rational surface with inner knots, degrees 4 and 3.
+    fn sample() -> NurbsSurface {
+        let ku: Arc<[f64]> = [0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.7, 0.7, 2.0, 2.0, 2.0, 2.0, 2.0].into();
+        let kv: Arc<[f64]> = [0.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0, 1.0].into();
+        let mut points = vec![];
+        let mut weights = vec![];
+        for i in 0..8 {
+            for j in 0..5 {
+                let (x, y) = (i as f64, j as f64);
+                points.push(DVec3::new(x, y, (1.3 * x + 0.7 * y * y).sin()));
+                weights.push(1.0 + 0.3 * (x - 2.0 * y).cos());
+            }
+        }
+        NurbsSurface { degree: [4, 3], knots: [ku, kv], points, weights }
+    }
+
+    #[test]
+    fn derivatives_match_central_differences() {
+        let s = sample();
+        let h = 1e-5;
+        for (u, v) in [(0.1, 0.2), (0.5, 0.7), (1.3, 0.9), (0.69, 0.49)] {
+            let j = s.jet2(u, v);
+            let du = (s.point(u + h, v) - s.point(u - h, v)) / (2.0 * h);
+            let dv = (s.point(u, v + h) - s.point(u, v - h)) / (2.0 * h);
+            let duu = (s.jet1(u + h, v).du - s.jet1(u - h, v).du) / (2.0 * h);
+            let duv = (s.jet1(u, v + h).du - s.jet1(u, v - h).du) / (2.0 * h);
+            let dvv = (s.jet1(u, v + h).dv - s.jet1(u, v - h).dv) / (2.0 * h);
+            for (exact, approx) in [(j.du, du), (j.dv, dv), (j.duu, duu), (j.duv, duv), (j.dvv, dvv)] {
+                assert!(exact.distance(approx) < 1e-7 * (1.0 + exact.length()), "{exact} {approx} at {u} {v}");
+            }
+        }
+    }
+
+    #[test]
+    fn corners_are_control_points_and_basis_sums_to_one() {
+        let s = sample();
+        assert_eq!(s.point(0.0, 0.0), s.points[0]);
+        assert!(s.point(2.0, 1.0).distance(s.points[39]) < 1e-15);
+        for t in [0.0, 0.3, 0.5, 0.7, 1.99, 2.0] {
+            let b = basis(4, &s.knots[0], span(4, &s.knots[0], t), t, 2);
+            let sum = b.map(|row| row.iter().sum::<f64>());
+            assert!((sum[0] - 1.0).abs() < 1e-14 && sum[1].abs() < 1e-12 && sum[2].abs() < 1e-11, "{sum:?}");
+        }
+    }
+
+    #[test]
+    fn quarter_circle_is_exact() {
+        let c = NurbsCurve {
+            degree: 2,
+            knots: [0.0, 0.0, 0.0, 1.0, 1.0, 1.0].into(),
+            points: vec![DVec3::X, DVec3::X + DVec3::Y, DVec3::Y],
+            weights: vec![1.0, 0.5f64.sqrt(), 1.0],
+        };
+        for k in 0..=16 {
+            let j = c.jet1(k as f64 / 16.0);
+            assert!((j.p.length() - 1.0).abs() < 1e-15 && j.p.dot(j.d).abs() < 1e-14);
+        }
+        assert_eq!(breaks(2, &c.knots), [0.0, 1.0]);
+    }
 }
