@@ -1,6 +1,13 @@
 //! Patch layer: `Film ▶ Skin`. A skin is all spline patches of one node with their shared edges.
 //! Everything is in node units: the node at the origin, lengths divided by the node's radius.
 
+pub mod check;
+pub mod fit;
+pub mod forms;
+pub mod layout;
+pub mod map;
+pub mod skin;
+
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
 use glam::DVec3;
 

@@ -1,0 +1,78 @@
+//! Polynomials in Bernstein form on [0, 1].
+
+/// Values and the first two derivatives of the n + 1 Bernstein polynomials of degree n at x.
+pub fn basis(n: usize, x: f64) -> [Vec<f64>; 3] {
+    let plain = |n: usize| {
+        let mut b = vec![0.0; n + 1];
+        b[0] = 1.0;
+        for k in 1..=n {
+            for i in (1..=k).rev() {
+                b[i] = (1.0 - x) * b[i] + x * b[i - 1];
+            }
+            b[0] *= 1.0 - x;
+        }
+        b
+    };
+    let lower = |b: &[f64], n: usize| -> Vec<f64> {
+        // derivative of degree n from the polynomials of degree n - 1
+        (0..=n).map(|i| n as f64 * (if i > 0 { b[i - 1] } else { 0.0 } - if i < n { b[i] } else { 0.0 })).collect()
+    };
+    let d1 = if n >= 1 { lower(&plain(n - 1), n) } else { vec![0.0; n + 1] };
+    let d2 = if n >= 2 { lower(&lower(&plain(n - 2), n - 1), n) } else { vec![0.0; n + 1] };
+    [plain(n), d1, d2]
+}
+
+/// Turns values at the nodes of one degree into Bernstein coefficients: exact for polynomials of that degree.
+#[derive(Clone, Debug)]
+pub struct Interpolation {
+    pub nodes: Vec<f64>,
+    /// `inverse[i][k]`: weight of the value at node k in coefficient i.
+    inverse: Vec<Vec<f64>>,
+}
+
+impl Interpolation {
+    /// Chebyshev points with the ends.
+    pub fn new(degree: usize) -> Self {
+        let n = degree + 1;
+        let nodes: Vec<f64> = (0..n).map(|k| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / degree as f64).cos()).collect();
+        // Gauss-Jordan with pivoting on the collocation matrix: degree <= 12, done once
+        let mut a: Vec<Vec<f64>> = nodes.iter().map(|&x| basis(degree, x)[0].clone()).collect();
+        let mut inv: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(i == j)).collect()).collect();
+        for col in 0..n {
+            let pivot = (col..n).max_by(|&i, &j| a[i][col].abs().total_cmp(&a[j][col].abs())).expect("rows left");
+            a.swap(col, pivot);
+            inv.swap(col, pivot);
+            let scale = 1.0 / a[col][col];
+            a[col].iter_mut().chain(inv[col].iter_mut()).for_each(|x| *x *= scale);
+            for row in 0..n {
+                let f = a[row][col];
+                if row != col && f != 0.0 {
+                    for k in 0..n {
+                        a[row][k] -= f * a[col][k];
+                        inv[row][k] -= f * inv[col][k];
+                    }
+                }
+            }
+        }
+        Interpolation { nodes, inverse: inv }
+    }
+
+    /// Coefficients of the polynomial with these values at the nodes.
+    pub fn coefficients<T>(&self, values: &[T]) -> Vec<T>
+    where
+        T: Copy + std::ops::Mul<f64, Output = T> + std::iter::Sum<T>,
+    {
+        self.inverse.iter().map(|row| row.iter().zip(values).map(|(&w, &v)| v * w).sum()).collect()
+    }
+}
+
+/// Coefficients of degree n + 1 of a polynomial of degree n.
+pub fn elevate(c: &[f64]) -> Vec<f64> {
+    let n = c.len();
+    (0..=n)
+        .map(|i| {
+            let f = i as f64 / n as f64;
+            (if i > 0 { f * c[i - 1] } else { 0.0 }) + (if i < n { (1.0 - f) * c[i] } else { 0.0 })
+        })
+        .collect()
+}

@@ -1,0 +1,94 @@
+//! What a skin must pass before it leaves the patch layer, and the figures that the report shows.
+
+use crate::node::Film;
+use crate::patch::{Skin, SkinCurve};
+use glam::DVec3;
+
+/// Measured on one skin. Lengths in node units, angles in degrees.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Quality {
+    /// Largest angle between the normals of two patches along their common edge.
+    pub jump: f64,
+    /// Largest angle between a patch's normal and the strut's along a rim.
+    pub rim_jump: f64,
+    /// Least cosine between a patch's normal and the ray from the node; > 0 means no fold.
+    pub facing: f64,
+    /// Largest and mean distance between skin and film, along the film's normal.
+    pub deviation: f64,
+    pub mean_deviation: f64,
+    /// Largest angle between the skin's normal and the film's, degrees.
+    pub tilt: f64,
+}
+
+/// Samples along each edge, and per direction inside each patch.
+const ALONG: usize = 9;
+const INSIDE: usize = 7;
+
+/// The normal of patch `patch` at the point of its border `side` (index into `boundary`) where the edge has parameter `x`.
+fn border_normal(skin: &Skin, patch: usize, side: usize, x: f64) -> DVec3 {
+    let p = &skin.patches[patch];
+    let (_, forward) = p.boundary[side];
+    let along = if forward { x } else { 1.0 - x };
+    let (u, v) = match side {
+        0 => (along, 0.0),
+        1 => (1.0, along),
+        2 => (1.0 - along, 1.0),
+        _ => (0.0, 1.0 - along),
+    };
+    let jet = p.surface.jet1(u, v);
+    jet.du.cross(jet.dv).normalize()
+}
+
+/// Measure a skin against the film it was fitted to.
+pub fn measure(skin: &Skin, film: &Film) -> Quality {
+    let mut q = Quality { facing: 1.0, ..Quality::default() };
+    let mut users: Vec<Vec<(usize, usize)>> = vec![Vec::new(); skin.edges.len()];
+    for (k, patch) in skin.patches.iter().enumerate() {
+        for (side, &(edge, _)) in patch.boundary.iter().enumerate() {
+            users[edge].push((k, side));
+        }
+    }
+    for (edge, users) in users.iter().enumerate() {
+        for i in 0..ALONG {
+            let x = i as f64 / (ALONG - 1) as f64;
+            let n = border_normal(skin, users[0].0, users[0].1, x);
+            match &skin.edges[edge].curve {
+                SkinCurve::Spline(_) => q.jump = q.jump.max(degrees(n, border_normal(skin, users[1].0, users[1].1, x))),
+                SkinCurve::RimArc(arm) => {
+                    // a rim arc has no parameter of its own: ask the patch for the point
+                    let p = &skin.patches[users[0].0];
+                    let at = p.surface.point(1.0 - x, 0.0);
+                    let axis = skin.rims[*arm].axis;
+                    q.rim_jump = q.rim_jump.max(degrees(n, (at - at.dot(axis) * axis).normalize()));
+                }
+            }
+        }
+    }
+    let mut sampler = film.sampler();
+    let mut count = 0.0;
+    for patch in &skin.patches {
+        for i in 0..INSIDE {
+            for step in 0..INSIDE {
+                let k = if i % 2 == 0 { step } else { INSIDE - 1 - step };
+                let (u, v) = (i as f64 / (INSIDE - 1) as f64, k as f64 / (INSIDE - 1) as f64);
+                let jet = patch.surface.jet1(u, v);
+                let normal = jet.du.cross(jet.dv).normalize();
+                let ray = jet.p.normalize();
+                q.facing = q.facing.min(normal.dot(ray));
+                if let Some(hit) = sampler.hit(ray) {
+                    let off = (jet.p.length() - hit.distance).abs() * hit.normal.dot(ray).max(0.0);
+                    q.deviation = q.deviation.max(off);
+                    q.mean_deviation += off;
+                    q.tilt = q.tilt.max(degrees(normal, hit.normal));
+                    count += 1.0;
+                }
+            }
+        }
+    }
+    q.mean_deviation /= count;
+    q
+}
+
+fn degrees(a: DVec3, b: DVec3) -> f64 {
+    crate::node::star::angle(a, b).to_degrees()
+}

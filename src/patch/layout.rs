@@ -1,0 +1,185 @@
+//! Sectors and their shared edges. Two sectors per cell side, one for each of its struts.
+//!
+//! A **radial** runs from a corner to the rim of one strut, at the corner's azimuth; a **crease** runs along a cell side
+//! from corner to corner. A sector lies between one crease, the rim, and two radials. Sides whose sectors would be
+//! badly parametrised are split by extra corners (see `map`).
+//!
+//! Node units; azimuths in radians about the strut, local to the side's frame (counter-clockwise about its first
+//! strut, clockwise about its second).
+
+use crate::node::cells::Frame;
+use crate::node::{Cells, Star};
+use crate::patch::map;
+use glam::DVec3;
+
+/// Splitting a side again and again means that no good map exists.
+const MOST_SPLITS: usize = 6;
+
+#[derive(Clone, Debug)]
+pub struct Layout {
+    pub corners: Vec<Corner>,
+    pub radials: Vec<Radial>,
+    pub creases: Vec<Crease>,
+    /// Sectors `2 k` and `2 k + 1` lie along crease k, on its first and second strut.
+    pub sectors: Vec<Sector>,
+    /// Per arm: its sectors counter-clockwise about the axis.
+    pub around: Vec<Vec<usize>>,
+}
+
+/// A point where cells meet, or an extra corner on a side.
+#[derive(Clone, Debug)]
+pub struct Corner {
+    /// On the unit cylinders of the struts around it.
+    pub k: DVec3,
+    /// Orthonormal basis of the plane perpendicular to `k`.
+    pub tangent: [DVec3; 2],
+}
+
+#[derive(Clone, Debug)]
+pub struct Radial {
+    pub arm: usize,
+    pub corner: usize,
+    /// Unit axis of the arm, and unit vector perpendicular to it towards the corner.
+    pub c: DVec3,
+    pub e: DVec3,
+    /// Height of the rim and of the corner above the node along the axis.
+    pub cut: f64,
+    pub h: f64,
+    /// Speed of the map across the crease at the corner: -dη/dv there.
+    pub speed: f64,
+}
+
+#[derive(Clone, Debug)]
+pub struct Crease {
+    pub arms: [usize; 2],
+    pub corners: [usize; 2],
+    pub frame: Frame,
+    /// Azimuth at both ends.
+    pub phi: [f64; 2],
+    /// +1: t = tan(φ/2). -1: t = tan((φ ∓ π)/2), measured from the back.
+    pub sign: f64,
+    /// The parameter at both ends.
+    pub t: [f64; 2],
+}
+
+#[derive(Clone, Debug)]
+pub struct Sector {
+    pub crease: usize,
+    /// Which of the crease's struts: 0 or 1.
+    pub which: usize,
+    pub arm: usize,
+    /// Radials at the start and at the end of the crease.
+    pub radials: [usize; 2],
+}
+
+/// A side, or a part of one: (side, start azimuth, end azimuth, start corner, end corner).
+struct Piece {
+    side: usize,
+    phi: [f64; 2],
+    corners: [usize; 2],
+    depth: usize,
+}
+
+impl Layout {
+    /// Lay out the sectors; splits sides until the direction map of every sector is regular.
+    pub fn new(star: &Star, cells: &Cells) -> Result<Layout, String> {
+        let mut corners = cells.corners.clone();
+        let mut pieces: Vec<Piece> = cells.sides.iter().enumerate().map(|(side, s)| Piece { side, phi: s.phi, corners: s.corners, depth: 0 }).collect();
+        loop {
+            let layout = Layout::of_pieces(star, cells, &corners, &pieces);
+            let bad: Vec<usize> = (0..pieces.len()).filter(|&k| (0..2).any(|w| !map::SectorMap::new(&layout, 2 * k + w).is_regular())).collect();
+            if bad.is_empty() {
+                return Ok(layout);
+            }
+            for &k in bad.iter().rev() {
+                let piece = &pieces[k];
+                let arms = cells.sides[piece.side].arms;
+                if piece.depth == MOST_SPLITS {
+                    return Err(format!("no regular patch layout between struts {} and {} of the node (local numbers)", arms[0], arms[1]));
+                }
+                let [a, b] = piece.phi;
+                let margin = 0.2 * (b - a);
+                let middle = if a + margin < 0.0 && 0.0 < b - margin { 0.0 } else { 0.5 * (a + b) };
+                let corner = corners.len();
+                corners.push(cells.sides[piece.side].frame.crease(middle));
+                let (side, depth, ends) = (piece.side, piece.depth + 1, piece.corners);
+                pieces[k] = Piece { side, depth, phi: [a, middle], corners: [ends[0], corner] };
+                pieces.insert(k + 1, Piece { side, depth, phi: [middle, b], corners: [corner, ends[1]] });
+            }
+        }
+    }
+
+    fn of_pieces(star: &Star, cells: &Cells, corners: &[DVec3], pieces: &[Piece]) -> Layout {
+        let creases: Vec<Crease> = pieces
+            .iter()
+            .map(|p| {
+                let side = &cells.sides[p.side];
+                let middle = 0.5 * (p.phi[0] + p.phi[1]);
+                let back = middle.cos() < -1e-9;
+                let turn = if back { std::f64::consts::PI * middle.signum() } else { 0.0 };
+                let t = p.phi.map(|phi| (0.5 * (phi - turn)).tan());
+                Crease { arms: side.arms, corners: p.corners, frame: side.frame, phi: p.phi, sign: if back { -1.0 } else { 1.0 }, t }
+            })
+            .collect();
+        let mut layout = Layout {
+            corners: corners.iter().map(|&k| Corner { k, tangent: tangents(k) }).collect(),
+            radials: Vec::new(),
+            creases,
+            sectors: Vec::with_capacity(2 * pieces.len()),
+            around: vec![Vec::new(); star.degree()],
+        };
+        let mut radial_of = std::collections::BTreeMap::new();
+        for (k, crease) in layout.creases.iter().enumerate() {
+            for which in 0..2 {
+                let arm = crease.arms[which];
+                let radials = crease.corners.map(|corner| {
+                    *radial_of.entry((arm, corner)).or_insert_with(|| {
+                        let c = star.axes[arm];
+                        let k = layout.corners[corner].k;
+                        let h = k.dot(c);
+                        let e = (k - h * c).normalize();
+                        layout.radials.push(Radial { arm, corner, c, e, cut: star.cuts[arm], h, speed: star.cuts[arm] - h });
+                        layout.radials.len() - 1
+                    })
+                });
+                layout.sectors.push(Sector { crease: k, which, arm, radials });
+            }
+        }
+        layout.set_speeds();
+        layout.order(cells, pieces);
+        layout
+    }
+
+    /// The speed at a corner: the height left below the rim, unless a crease next to it comes nearer to the rim.
+    fn set_speeds(&mut self) {
+        for sector in &self.sectors {
+            let crease = &self.creases[sector.crease];
+            let [a, b] = crease.phi;
+            let top = if a < 0.0 && 0.0 < b { 0.0 } else if a.abs() < b.abs() { a } else { b };
+            for r in sector.radials {
+                let radial = &mut self.radials[r];
+                let room = radial.cut - crease.frame.height() * top.cos();
+                radial.speed = radial.speed.min(map::MOST_SPEED * room);
+            }
+        }
+    }
+
+    /// Sectors counter-clockwise about each arm: as the cells order the sides, and the pieces within them.
+    fn order(&mut self, cells: &Cells, pieces: &[Piece]) {
+        for (arm, ring) in cells.around.iter().enumerate() {
+            for &(side, which) in ring {
+                let mut mine: Vec<usize> = (0..pieces.len()).filter(|&k| pieces[k].side == side).collect();
+                if which == 1 {
+                    mine.reverse();
+                }
+                self.around[arm].extend(mine.iter().map(|&k| 2 * k + which));
+            }
+        }
+    }
+}
+
+/// Two unit vectors that make a right-handed frame (a, b, k).
+fn tangents(k: DVec3) -> [DVec3; 2] {
+    let a = crate::node::star::perpendicular(k.normalize());
+    [a, k.cross(a).normalize()]
+}

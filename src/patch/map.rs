@@ -1,0 +1,169 @@
+//! The direction map of a sector: where each parameter (t, v) looks from the node. The project's own construction;
+//! `docs/method/patches.md` derives it.
+//!
+//! A star-shaped surface is a gauge g, homogeneous of degree 1, as {g = 1}; the point that looks along Y is Y / g(Y).
+//! With Y(t, v) polynomial and w = g(Y(t, v)) polynomial, Y / w is one rational Bézier patch, and the surface is
+//! G1 exactly where g is C1 as a function of direction. Y is fixed before any fit. In cylinder coordinates about the strut
+//!
+//! ```text
+//! Y(t, v) = w2 η(t, v) c + E(t),   E = ±((1 - t²) e + 2 t n),   w2 = 1 + t² = |E|,   t = tan(φ/2)
+//! ```
+//!
+//! so all columns keep their azimuth, the rim is an exact rational circle, and w = w2 is the strut's cylinder. The height
+//! η falls from the cut at v = 0 to the crease h(φ) at v = 1. It is chosen so that the C1 conditions on w across the
+//! sector's edges have polynomial coefficients of low degree:
+//!
+//! - across a crease: ∂η/∂v = -l(t), l linear. Then  w_v = l(t) (-½ sin θ (w - t w_t) ± δ)  on both sides, with one
+//!   function δ for both;
+//! - across a radial: ∂η/∂φ = c(v) ∂η/∂v with c quadratic. Then  ∂(w/w2)/∂φ = χ + c(v) ∂(w/w2)/∂v  on both
+//!   sides, with one function χ for both.
+//!
+//! The map never folds: Y, Y_t, Y_v are independent exactly where ∂η/∂v < 0, which is checked.
+
+use crate::patch::layout::{Crease, Layout, Radial};
+use glam::DVec3;
+
+/// Largest speed l in units of the height left between the crease and the rim: below 1.5 the base profile is monotone.
+pub const MOST_SPEED: f64 = 1.25;
+
+/// The map must keep at least this part of its mean descent everywhere.
+const LEAST_DESCENT: f64 = 0.02;
+
+/// The direction map of one sector.
+pub struct SectorMap<'a> {
+    crease: &'a Crease,
+    which: usize,
+    ends: [&'a Radial; 2],
+    corners: [DVec3; 2],
+    cut: f64,
+}
+
+impl<'a> SectorMap<'a> {
+    pub fn new(layout: &'a Layout, sector: usize) -> Self {
+        let s = &layout.sectors[sector];
+        let crease = &layout.creases[s.crease];
+        let ends = s.radials.map(|r| &layout.radials[r]);
+        SectorMap { crease, which: s.which, ends, corners: crease.corners.map(|k| layout.corners[k].k), cut: ends[0].cut }
+    }
+
+    /// t at s in [0, 1], which runs along the crease.
+    pub fn t(&self, s: f64) -> f64 {
+        let [a, b] = self.crease.t;
+        (1.0 - s) * a + s * b
+    }
+
+    /// dt/ds.
+    pub fn dt(&self) -> f64 {
+        self.crease.t[1] - self.crease.t[0]
+    }
+
+    /// The speed l(t) across the crease, linear between the corners.
+    pub fn speed(&self, s: f64) -> f64 {
+        (1.0 - s) * self.ends[0].speed + s * self.ends[1].speed
+    }
+
+    /// Height of the crease, times w2.
+    fn height(&self, t: f64) -> f64 {
+        self.crease.sign * (1.0 - t * t) * self.crease.frame.height()
+    }
+
+    /// dh/dφ and dl/dφ at one end (0 or 1).
+    pub fn slopes(&self, end: usize) -> (f64, f64) {
+        let t = self.crease.t[end];
+        let h = -self.crease.frame.height() * self.crease.phi[end].sin();
+        let l = (self.ends[1].speed - self.ends[0].speed) / self.dt() * 0.5 * (1.0 + t * t);
+        (h, l)
+    }
+
+    /// c(v) at one end: ∂η/∂φ = c(v) ∂η/∂v along the radial.
+    pub fn shear(&self, end: usize, v: f64) -> f64 {
+        let (h, l) = self.slopes(end);
+        -(h * v + (l + h) * v * (1.0 - v)) / self.ends[end].speed
+    }
+
+    /// w2 η, and its derivative by q = 1 - v.
+    fn profile(&self, s: f64, v: f64) -> (f64, f64) {
+        let (t, q) = (self.t(s), 1.0 - v);
+        let w2 = 1.0 + t * t;
+        let (h, l) = (self.height(t), w2 * self.speed(s));
+        let rest = w2 * self.cut - h - l;
+        let mut value = h + l * q + rest * q.powi(3);
+        let mut by_q = l + 3.0 * rest * q * q;
+        // what the base profile misses of the prescribed ∂η/∂φ at both ends
+        let hermite = [s * (1.0 - s).powi(2), -(1.0 - s) * s * s];
+        for end in 0..2 {
+            let (h, l) = self.slopes(end);
+            let radial = self.ends[end];
+            let k = 3.0 * (radial.cut - radial.h - radial.speed) / radial.speed;
+            let miss = (h + l) * (q.powi(3) - q * q) + k * q * q * (h + l * q - (h + l) * q * q);
+            let miss_by_q = (h + l) * (3.0 * q * q - 2.0 * q) + k * q * (2.0 * h + 3.0 * l * q - 4.0 * (h + l) * q * q);
+            value += 2.0 * self.dt() * hermite[end] * miss;
+            by_q += 2.0 * self.dt() * hermite[end] * miss_by_q;
+        }
+        (value, by_q)
+    }
+
+    /// The crease ŷ(t) = Y(t, 1), and its first two derivatives by t. Ends are moved onto the corners where corners were joined.
+    pub fn crease(&self, s: f64) -> [DVec3; 3] {
+        let raw = raw_crease(self.crease, self.t(s));
+        let miss = self.misses();
+        [raw[0] + (1.0 - s) * miss[0] + s * miss[1], raw[1] + (miss[1] - miss[0]) / self.dt(), raw[2]]
+    }
+
+    fn misses(&self) -> [DVec3; 2] {
+        [0, 1].map(|end| {
+            let t = self.crease.t[end];
+            (1.0 + t * t) * self.corners[end] - raw_crease(self.crease, t)[0]
+        })
+    }
+
+    /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v (5 where corners were joined).
+    pub fn y(&self, s: f64, v: f64) -> DVec3 {
+        let t = self.t(s);
+        let frame = &self.crease.frame;
+        let (c, e) = (frame.c[self.which], frame.e[self.which]);
+        let blend = v * v * (3.0 - 2.0 * v);
+        let natural = |v: f64| self.profile(s, v).0 * c + self.crease.sign * ((1.0 - t * t) * e + 2.0 * t * frame.n);
+        natural(v) + blend * (self.crease(s)[0] - natural(1.0))
+    }
+
+    /// Solid angle per unit of ds dv at (s, v).
+    pub fn solid_angle(&self, s: f64, v: f64) -> f64 {
+        let w2 = 1.0 + self.t(s).powi(2);
+        2.0 * self.dt() * self.profile(s, v).1 * w2 / self.y(s, v).length().powi(3)
+    }
+
+    /// Width (radians), mean height from crease to rim, and mean w2.
+    pub fn extent(&self) -> (f64, f64, f64) {
+        let [a, b] = self.crease.phi;
+        let height = self.cut - 0.5 * (self.ends[0].h + self.ends[1].h);
+        let [t0, t1] = self.crease.t;
+        (b - a, height, 1.0 + (t0 * t0 + t0 * t1 + t1 * t1) / 3.0)
+    }
+
+    /// Whether the map descends from the rim to the crease everywhere: then it does not fold.
+    pub fn is_regular(&self) -> bool {
+        const STEPS: usize = 12;
+        (0..=STEPS).all(|i| {
+            let s = i as f64 / STEPS as f64;
+            let (top, bottom) = (self.profile(s, 0.0).0, self.profile(s, 1.0).0);
+            (0..=STEPS).all(|k| self.profile(s, k as f64 / STEPS as f64).1 > LEAST_DESCENT * (top - bottom))
+        })
+    }
+}
+
+/// The natural crease and its first two derivatives by t.
+fn raw_crease(crease: &Crease, t: f64) -> [DVec3; 3] {
+    let f = &crease.frame;
+    let m = crease.sign * (f.height() * f.c[0] + f.e[0]);
+    let n = crease.sign * 2.0 * f.n;
+    [(1.0 - t * t) * m + t * n, -2.0 * t * m + n, -2.0 * m]
+}
+
+/// The direction along a radial (height η0 and unit distance from the axis, but for joined corners), at v.
+pub fn radial(radial: &Radial, corner: DVec3, v: f64) -> DVec3 {
+    let q = 1.0 - v;
+    let height = radial.h + radial.speed * q + (radial.cut - radial.h - radial.speed) * q.powi(3);
+    let blend = v * v * (3.0 - 2.0 * v);
+    height * radial.c + radial.e + blend * (corner - radial.h * radial.c - radial.e)
+}
