@@ -246,8 +246,8 @@ fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: 
     let mut normal = rows.transpose() * &rows;
     // fairness of w - w2 in cylinder coordinates of the strut
     let (dphi, deta, w2) = map.extent();
-    let (dphi, deta) = (dphi.max(LEAST_WIDTH), deta.max(LEAST_WIDTH));
-    let factor = FAIRNESS * dphi * deta / (w2 * w2);
+    let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
+    let factor = std::env::var("FAIR").ok().and_then(|s| s.parse().ok()).unwrap_or(FAIRNESS) * dphi * deta / (w2 * w2);
     let [g0, g1, g2] = &samples.gram;
     let energy = Mat::<f64>::from_fn(n * n, n * n, |r, c| {
         let (i, j, k, l) = (r / n, r % n, c / n, c % n);
@@ -259,6 +259,14 @@ fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: 
             deviation[(i * n + j, 0)] -= forms[i * n][0]; // the rim row holds w2
         }
     }
-    normal += deviation.transpose() * (&energy * &deviation);
+    let net: f64 = std::env::var("NET").ok().and_then(|s| s.parse().ok()).unwrap_or(0.0) * dphi * deta / (w2 * w2);
+    let mut rows2 = Vec::new();
+    for i in 0..n { for j in 0..n {
+        let at = |i: usize, j: usize| i * n + j;
+        if i + 2 < n { rows2.push([at(i, j), at(i + 1, j), at(i + 2, j)]); }
+        if j + 2 < n { rows2.push([at(i, j), at(i, j + 1), at(i, j + 2)]); }
+    } }
+    let diff = Mat::<f64>::from_fn(rows2.len(), width, |r, c| { let [a, b, d] = rows2[r]; net.sqrt() * (deviation[(a, c)] - 2.0 * deviation[(b, c)] + deviation[(d, c)]) });
+    normal += deviation.transpose() * (&energy * &deviation) + diff.transpose() * &diff;
     Ok(normal)
 }

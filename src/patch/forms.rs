@@ -214,7 +214,7 @@ impl RadialForms {
         let turn = c.cross(radial.e);
         let e = p - 1;
         let n = e as f64;
-        let (g0, g1, g2) = (jet.value(), scale(-l, jet.slope(c)), scale(l * l, jet.second(c, c)));
+        let (g0, g1, g2) = (jet.value(), scale(-l, jet.slope(c)), add(scale(l * l, jet.second(c, c)), radial.bend, jet.slope(c)));
         let mut w = vec![Vec::new(); e + 1];
         // at the rim the cylinder, to first order
         w[0] = unit(0);

@@ -11,9 +11,16 @@ use crate::node::cells::Frame;
 use crate::node::{Cells, Star};
 use crate::patch::map;
 use glam::DVec3;
+use std::collections::BTreeSet;
 
 /// Splitting a side again and again means that no good map exists.
 const MOST_SPLITS: usize = 6;
+
+/// Scale of the film's detail across a crease, in node radii: columns descend by about this much per unit of v there.
+const DETAIL: f64 = 1.2;
+
+/// Largest bend of a radial in units of its speed: keeps the shear of `map` mild on long columns.
+const MOST_BEND: f64 = 3.0;
 
 #[derive(Clone, Debug)]
 pub struct Layout {
@@ -45,8 +52,9 @@ pub struct Radial {
     /// Height of the rim and of the corner above the node along the axis.
     pub cut: f64,
     pub h: f64,
-    /// Speed of the map across the crease at the corner: -dη/dv there.
+    /// Speed of the map across the crease at the corner, -dη/dv, and d²η/dv² there.
     pub speed: f64,
+    pub bend: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -80,18 +88,40 @@ struct Piece {
     depth: usize,
 }
 
+impl Radial {
+    /// Height along the radial at q = 1 - v, and its first two derivatives by q: it falls from the cut (q = 1) to the
+    /// corner (q = 0), where slope and second derivative are `speed` and `bend`.
+    pub fn height(&self, q: f64) -> [f64; 3] {
+        let rest = self.cut - self.h - self.speed - 0.5 * self.bend;
+        [
+            self.h + self.speed * q + 0.5 * self.bend * q * q + rest * q.powi(3),
+            self.speed + self.bend * q + 3.0 * rest * q * q,
+            self.bend + 6.0 * rest * q,
+        ]
+    }
+}
+
 impl Layout {
     /// Lay out the sectors; splits sides until the direction map of every sector is regular.
     pub fn new(star: &Star, cells: &Cells) -> Result<Layout, String> {
         let mut corners = cells.corners.clone();
         let mut pieces: Vec<Piece> = cells.sides.iter().enumerate().map(|(side, s)| Piece { side, phi: s.phi, corners: s.corners, depth: 0 }).collect();
+        let mut straight = BTreeSet::new();
         loop {
-            let layout = Layout::of_pieces(star, cells, &corners, &pieces);
-            let bad: Vec<usize> = (0..pieces.len()).filter(|&k| (0..2).any(|w| !map::SectorMap::new(&layout, 2 * k + w).is_regular())).collect();
+            let layout = Layout::of_pieces(star, cells, &corners, &pieces, &straight);
+            let bad: Vec<usize> = (0..layout.sectors.len()).filter(|&k| !map::SectorMap::new(&layout, k).is_regular()).collect();
             if bad.is_empty() {
                 return Ok(layout);
             }
-            for &k in bad.iter().rev() {
+            // first ask for less: even descent along the radials of the sector; only then for more corners
+            let mut split = BTreeSet::new();
+            for k in bad {
+                let ends = layout.sectors[k].radials.map(|r| (layout.radials[r].arm, layout.radials[r].corner));
+                if !ends.map(|e| straight.insert(e)).contains(&true) {
+                    split.insert(k / 2);
+                }
+            }
+            for &k in split.iter().rev() {
                 let piece = &pieces[k];
                 let arms = cells.sides[piece.side].arms;
                 if piece.depth == MOST_SPLITS {
@@ -109,7 +139,7 @@ impl Layout {
         }
     }
 
-    fn of_pieces(star: &Star, cells: &Cells, corners: &[DVec3], pieces: &[Piece]) -> Layout {
+    fn of_pieces(star: &Star, cells: &Cells, corners: &[DVec3], pieces: &[Piece], straight: &BTreeSet<(usize, usize)>) -> Layout {
         let creases: Vec<Crease> = pieces
             .iter()
             .map(|p| {
@@ -138,29 +168,52 @@ impl Layout {
                         let k = layout.corners[corner].k;
                         let h = k.dot(c);
                         let e = (k - h * c).normalize();
-                        layout.radials.push(Radial { arm, corner, c, e, cut: star.cuts[arm], h, speed: star.cuts[arm] - h });
+                        layout.radials.push(Radial { arm, corner, c, e, cut: star.cuts[arm], h, speed: star.cuts[arm] - h, bend: 0.0 });
                         layout.radials.len() - 1
                     })
                 });
                 layout.sectors.push(Sector { crease: k, which, arm, radials });
             }
         }
-        layout.set_speeds();
+        layout.set_speeds(straight);
         layout.order(cells, pieces);
         layout
     }
 
-    /// The speed at a corner: the height left below the rim, unless a crease next to it comes nearer to the rim.
-    fn set_speeds(&mut self) {
+    /// The speed at each corner. As fast as an even descent would be, but slower where
+    /// - the film's detail next to the crease is finer than that (`DETAIL`), but for the `straight` radials (arm, corner);
+    /// - the crease between two corners would be crossed too fast for the room it has (`map::MOST_SPEED`).
+    fn set_speeds(&mut self, straight: &BTreeSet<(usize, usize)>) {
+        const STEPS: usize = 8;
+        let mut slope = vec![0.0f64; self.radials.len()];
         for sector in &self.sectors {
             let crease = &self.creases[sector.crease];
-            let [a, b] = crease.phi;
-            let top = if a < 0.0 && 0.0 < b { 0.0 } else if a.abs() < b.abs() { a } else { b };
-            for r in sector.radials {
-                let radial = &mut self.radials[r];
-                let room = radial.cut - crease.frame.height() * top.cos();
-                radial.speed = radial.speed.min(map::MOST_SPEED * room);
+            for end in 0..2 {
+                let steep = crease.frame.height() * crease.phi[end].sin();
+                slope[sector.radials[end]] = slope[sector.radials[end]].max(steep.abs());
             }
+        }
+        for (radial, slope) in self.radials.iter_mut().zip(slope) {
+            if !straight.contains(&(radial.arm, radial.corner)) {
+                radial.speed = radial.speed.min(DETAIL * (1.0 + slope * slope).sqrt());
+            }
+        }
+        let mut factor = vec![1.0f64; self.radials.len()];
+        for sector in &self.sectors {
+            let crease = &self.creases[sector.crease];
+            let ends = sector.radials.map(|r| self.radials[r].speed);
+            for i in 1..STEPS {
+                let s = i as f64 / STEPS as f64;
+                let t = (1.0 - s) * crease.t[0] + s * crease.t[1];
+                let height = crease.sign * (1.0 - t * t) / (1.0 + t * t) * crease.frame.height();
+                let room = self.radials[sector.radials[0]].cut - height;
+                let speed = (1.0 - s) * ends[0] + s * ends[1];
+                sector.radials.iter().for_each(|&r| factor[r] = factor[r].min(map::MOST_SPEED * room / speed));
+            }
+        }
+        for (radial, f) in self.radials.iter_mut().zip(factor) {
+            radial.speed *= f;
+            radial.bend = (2.0 * (radial.cut - radial.h - radial.speed)).min(MOST_BEND * radial.speed);
         }
     }
 
