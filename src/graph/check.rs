@@ -1,7 +1,7 @@
 //! Checks of a graph's content. Each checker looks at one invariant and lists all its faults.
 //! A later checker passes over what an earlier one has refused, so that one fault is not told twice.
 
-use super::proximity::{self, Capsule};
+use super::proximity::{self, Capsule, NearMiss};
 use super::{Graph, Input, Lattice, Strut};
 use crate::error::{Error, Fault, Note};
 use crate::ids::{NodeId, StrutId};
@@ -21,15 +21,31 @@ const EQUAL_RADII: f64 = 1e-12;
 /// that its doubles are coarser cannot have rims in the right place; STEP files are written to about 1e-7. Guessed.
 const COARSEST_STEP: f64 = 1e-6;
 
+/// What to do with struts that come closer than their radii without sharing a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overlaps {
+    /// Each is a fault.
+    #[default]
+    Refuse,
+    /// Each is a note: the solid crosses itself there.
+    Keep,
+}
+
 /// The checked lattice, or all faults: those of form (found by the reader) and those of content.
-pub fn admit(input: Input, mut faults: Vec<Fault>) -> Result<Lattice, Error> {
+pub fn admit(input: Input, mut faults: Vec<Fault>, overlaps: Overlaps) -> Result<Lattice, Error> {
+    let mut notes = Vec::new();
     if faults.is_empty() || !input.nodes.is_empty() {
         let told: HashSet<String> = faults.iter().map(|f| f.path.clone()).collect();
-        faults.extend(check(&input).into_iter().filter(|f| !within(&f.path, &told)));
+        let (content, misses) = inspect(&input);
+        faults.extend(content.into_iter().filter(|f| !within(&f.path, &told)));
+        match overlaps {
+            Overlaps::Refuse => faults.extend(misses.iter().map(NearMiss::fault)),
+            Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
+        }
     }
     Error::unless_empty(faults)?;
     let Input { name, nodes, mut struts } = input;
-    let mut notes = level_radii(&nodes, &mut struts);
+    notes.extend(level_radii(&nodes, &mut struts));
     let graph = Graph::new(nodes, struts);
     let bare = graph.node_ids().filter(|&n| graph.degree(n) == 0);
     notes.extend(bare.map(|n| Note::new(format!("nodes[{}]", n.0), "has no strut: left out")));
@@ -38,6 +54,13 @@ pub fn admit(input: Input, mut faults: Vec<Fault>) -> Result<Lattice, Error> {
 
 /// All faults of the content.
 pub fn check(input: &Input) -> Vec<Fault> {
+    let (mut faults, misses) = inspect(input);
+    faults.extend(misses.iter().map(NearMiss::fault));
+    faults
+}
+
+/// All faults of the content, but for the struts that come too close: those apart.
+fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
     let mut faults = Vec::new();
     empty(input, &mut faults);
     coordinates(&input.nodes, &mut faults);
@@ -47,9 +70,8 @@ pub fn check(input: &Input) -> Vec<Fault> {
     radii(&input.struts, &mut faults);
     equal_radii(input, &mut faults);
     resolution(input, &mut faults);
-    let capsules = capsules(input, &place);
-    faults.extend(proximity::among(&capsules).iter().map(proximity::NearMiss::fault));
-    faults
+    let misses = proximity::among(&capsules(input, &place));
+    (faults, misses)
 }
 
 /// The path, or a path that contains it, has been told already.

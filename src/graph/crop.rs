@@ -4,7 +4,7 @@
 //! - A strut with one node in the box is cut where it leaves, and ends there in a new node of degree 1. Where less than
 //!   `room` is left of it, the cut end would lie within the node's own blend: then the whole strut stays, up to
 //!   its other node, outside. Where less than its radius is left, it is dropped: a block cut through a plane of nodes shows no stubs.
-//! - A strut that passes through with no node in the box is cut at both faces, or dropped when shorter than three radii.
+//! - A strut with no node in the box is dropped, even where it passes through: a loose piece belongs to no node.
 //! - Nodes left without struts are dropped. Nodes keep their order; new nodes follow, in the order of their struts.
 //!
 //! Room: three radii, and along each neighbouring strut's silhouette 1.5 r / tan(θ/2) + 2 r, θ the angle between the two: the cut
@@ -28,7 +28,7 @@ pub struct Cropped {
 enum Fate {
     Dropped,
     Whole,
-    /// Cut to its part between two parameters; an end is new where it is not 0 or 1.
+    /// Only its part between two parameters, one of them 0 or 1: that end is old, the other new.
     Cut(f64, f64),
 }
 
@@ -89,8 +89,7 @@ fn fate(graph: &Graph, strut: StrutId, min: DVec3, max: DVec3) -> Fate {
     let radius = s.ra.max(s.rb);
     let end = match (inside(p), inside(q)) {
         (true, true) => return Fate::Whole,
-        (false, false) if left < 3.0 * radius => return Fate::Dropped,
-        (false, false) => return Fate::Cut(from, to),
+        (false, false) => return Fate::Dropped,
         (true, false) => End::A,
         (false, true) => End::B,
     };

@@ -35,8 +35,13 @@ pub struct Lattice {
 
 /// Read and check the JSON form; on failure all faults, of form and of content, at once.
 pub fn read(bytes: &[u8]) -> Result<Lattice, Error> {
+    read_with(bytes, check::Overlaps::Refuse)
+}
+
+/// As `read`, with a say on struts that overlap away from their nodes.
+pub fn read_with(bytes: &[u8], overlaps: check::Overlaps) -> Result<Lattice, Error> {
     let (input, faults) = json::read(bytes);
-    check::admit(input, faults)
+    check::admit(input, faults, overlaps)
 }
 
 /// A strut: two node indices and a radius at each end (mm).

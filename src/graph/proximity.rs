@@ -6,7 +6,7 @@
 //! then need no special case). Touching counts as too close. Not promised: struts that share a node are not looked at.
 
 use super::Graph;
-use crate::error::Fault;
+use crate::error::{Fault, Note};
 use crate::ids::StrutId;
 use glam::DVec3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -44,9 +44,19 @@ pub struct NearMiss {
 impl NearMiss {
     /// As a fault of the second strut.
     pub fn fault(&self) -> Fault {
-        let NearMiss { a, b, distance, wanted, at } = self;
-        let found = format!("its axis {distance:.6} mm from that of struts[{}] at [{:.6}, {:.6}, {:.6}]", a.0, at.x, at.y, at.z);
-        Fault::new(format!("struts[{}]", b.0), found, format!("more than {wanted} mm, the sum of the radii, or a common node"))
+        let wanted = format!("more than {} mm, the sum of the radii, or a common node", self.wanted);
+        Fault::new(format!("struts[{}]", self.b.0), self.found(), wanted)
+    }
+
+    /// As a note on the second strut.
+    pub fn note(&self) -> Note {
+        let what = format!("{}, sum of the radii {} mm: kept, and the solid crosses itself there", self.found(), self.wanted);
+        Note::new(format!("struts[{}]", self.b.0), what)
+    }
+
+    fn found(&self) -> String {
+        let NearMiss { a, distance, at, .. } = self;
+        format!("its axis {distance:.6} mm from that of struts[{}] at [{:.6}, {:.6}, {:.6}]", a.0, at.x, at.y, at.z)
     }
 }
 
