@@ -1,1 +1,37 @@
-fn main() {}
+//! The command `lattice-brep`.
+
+mod cli;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Most faults shown on the terminal; a report or the library lists them all.
+const MOST_FAULTS_SHOWN: usize = 50;
+
+/// A lattice graph becomes one closed, smooth, exact solid in a STEP file
+#[derive(Parser)]
+#[command(version)]
+struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Cell(cli::cell::CellArgs),
+    Schema(cli::schema::SchemaArgs),
+}
+
+fn main() -> ExitCode {
+    let result = match Args::parse().command {
+        Command::Cell(args) => cli::cell::run(&args),
+        Command::Schema(args) => cli::schema::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", error.brief(MOST_FAULTS_SHOWN));
+            ExitCode::from(error.exit_code() as u8)
+        }
+    }
+}

@@ -1,7 +1,48 @@
 //! Graph layer: `text ▶ Graph`. Readers, unit cells, and checks that return all faults.
+//!
+//! In: the JSON form (`json`), or the name of a unit cell (`catalogue`). Out: a `Graph` in mm that has passed `check`:
+//! at least one strut, all ends in range, no two nodes in one place, no two struts between the same nodes,
+//! all radii of a connected part equal, and no two struts closer than their radii except where they share a node.
+//! Ids are the positions in the input, so a node without struts keeps its id: skip nodes of degree 0.
+//! Not promised: that the cuts fit into the struts. That is the node layer's to say.
 
+pub mod catalogue;
+pub mod check;
+pub mod components;
+pub mod crop;
+pub mod json;
+pub mod proximity;
+
+use crate::error::{Error, Note};
 use crate::ids::{NodeId, StrutId};
 use glam::DVec3;
+
+/// What a text says, not yet checked: ends may be out of range, numbers may be NaN. Lengths in mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Input {
+    pub name: Option<String>,
+    pub nodes: Vec<DVec3>,
+    pub struts: Vec<Strut>,
+}
+
+/// A checked graph, its name, and what was left out or changed on the way in.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    pub name: Option<String>,
+    pub graph: Graph,
+    pub notes: Vec<Note>,
+}
+
+/// Read and check the JSON form; on failure all faults, of form and of content, at once.
+pub fn read(bytes: &[u8]) -> Result<Lattice, Error> {
+    read_with(bytes, check::Overlaps::Refuse)
+}
+
+/// As `read`, with a say on struts that overlap away from their nodes.
+pub fn read_with(bytes: &[u8], overlaps: check::Overlaps) -> Result<Lattice, Error> {
+    let (input, faults) = json::read(bytes);
+    check::admit(input, faults, overlaps)
+}
 
 /// A strut: two node indices and a radius at each end (mm).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +119,11 @@ impl Graph {
     /// Number of struts at a node.
     pub fn degree(&self, node: NodeId) -> usize {
         self.arms(node).len()
+    }
+
+    /// The nodes that have struts, in order: those the solid is made of.
+    pub fn used_nodes(&self) -> impl Iterator<Item = NodeId> {
+        self.node_ids().filter(|&n| self.degree(n) > 0)
     }
 
     /// All node ids in order.

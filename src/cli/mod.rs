@@ -1,0 +1,5 @@
+//! The command line: translates arguments into calls of the library, nothing else.
+
+pub mod cell;
+pub mod output;
+pub mod schema;

@@ -1,0 +1,262 @@
+//! Checks of a graph's content. Each checker looks at one invariant and lists all its faults.
+//! A later checker passes over what an earlier one has refused, so that one fault is not told twice.
+
+use super::proximity::{self, Capsule, NearMiss};
+use super::{Graph, Input, Lattice, Strut};
+use crate::error::{Error, Fault, Note};
+use crate::ids::{NodeId, StrutId};
+use glam::DVec3;
+use std::collections::{BTreeMap, HashSet};
+
+/// Largest coordinate (mm): a thousand kilometres. Reason: beyond 1e150 squares overflow; no part is near either. Guessed.
+const LARGEST_COORDINATE: f64 = 1e12;
+/// Smallest radius (mm): a picometre. Reason: below 1e-150 squares vanish; no part is near either. Guessed.
+const SMALLEST_RADIUS: f64 = 1e-9;
+/// Nodes closer than this are in one place (as a fraction of the bounding box's diagonal). Reason: above the round-off of
+/// coordinates printed with ten digits, far below any strut. Guessed.
+const ONE_PLACE: f64 = 1e-9;
+/// Radii that differ by less are taken as equal (relative). Reason: round-off of unit conversion is 2e-16. Guessed.
+const EQUAL_RADII: f64 = 1e-12;
+/// Coarsest step of a coordinate (as a fraction of the smallest radius). Reason: a lattice so far from the origin
+/// that its doubles are coarser cannot have rims in the right place; STEP files are written to about 1e-7. Guessed.
+const COARSEST_STEP: f64 = 1e-6;
+
+/// What to do with struts that come closer than their radii without sharing a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overlaps {
+    /// Each is a fault.
+    #[default]
+    Refuse,
+    /// Each is a note: the solid crosses itself there.
+    Keep,
+}
+
+/// The checked lattice, or all faults: those of form (found by the reader) and those of content.
+pub fn admit(input: Input, mut faults: Vec<Fault>, overlaps: Overlaps) -> Result<Lattice, Error> {
+    let mut notes = Vec::new();
+    if faults.is_empty() || !input.nodes.is_empty() {
+        let told: HashSet<String> = faults.iter().map(|f| f.path.clone()).collect();
+        let (content, misses) = inspect(&input);
+        faults.extend(content.into_iter().filter(|f| !within(&f.path, &told)));
+        match overlaps {
+            Overlaps::Refuse => faults.extend(misses.iter().map(NearMiss::fault)),
+            Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
+        }
+    }
+    Error::unless_empty(faults)?;
+    let Input { name, nodes, mut struts } = input;
+    notes.extend(level_radii(&nodes, &mut struts));
+    let graph = Graph::new(nodes, struts);
+    let bare = graph.node_ids().filter(|&n| graph.degree(n) == 0);
+    notes.extend(bare.map(|n| Note::new(format!("nodes[{}]", n.0), "has no strut: left out")));
+    Ok(Lattice { name, graph, notes })
+}
+
+/// All faults of the content.
+pub fn check(input: &Input) -> Vec<Fault> {
+    let (mut faults, misses) = inspect(input);
+    faults.extend(misses.iter().map(NearMiss::fault));
+    faults
+}
+
+/// All faults of the content, but for the struts that come too close: those apart.
+fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
+    let mut faults = Vec::new();
+    empty(input, &mut faults);
+    coordinates(&input.nodes, &mut faults);
+    let apart = ONE_PLACE * size(&input.nodes);
+    let place = places(&input.nodes, apart, &mut faults);
+    ends(input, apart, &place, &mut faults);
+    radii(&input.struts, &mut faults);
+    equal_radii(input, &mut faults);
+    resolution(input, &mut faults);
+    let misses = proximity::among(&capsules(input, &place));
+    (faults, misses)
+}
+
+/// The path, or a path that contains it, has been told already.
+fn within(path: &str, told: &HashSet<String>) -> bool {
+    told.contains(path) || path.match_indices(['.', '[']).any(|(end, _)| told.contains(&path[..end]))
+}
+
+/// Diagonal of the bounding box of all usable nodes (mm).
+fn size(nodes: &[DVec3]) -> f64 {
+    let usable = || nodes.iter().copied().filter(|p| is_usable(*p));
+    let (low, high) = (usable().reduce(DVec3::min), usable().reduce(DVec3::max));
+    low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
+}
+
+fn is_usable(p: DVec3) -> bool {
+    p.is_finite() && p.abs().max_element() <= LARGEST_COORDINATE
+}
+
+/// Invariant: there is a node and a strut.
+fn empty(input: &Input, faults: &mut Vec<Fault>) {
+    if input.nodes.is_empty() {
+        faults.push(Fault::new("nodes", "no node", "at least two"));
+    }
+    if input.struts.is_empty() {
+        faults.push(Fault::new("struts", "no strut", "at least one"));
+    }
+}
+
+/// Invariant: coordinates are finite, and not so large that their squares overflow.
+fn coordinates(nodes: &[DVec3], faults: &mut Vec<Fault>) {
+    for (k, p) in nodes.iter().enumerate().filter(|(_, p)| !is_usable(**p)) {
+        for (axis, x) in p.to_array().into_iter().enumerate() {
+            let path = || format!("nodes[{k}][{axis}]");
+            if !x.is_finite() {
+                faults.push(Fault::new(path(), x.to_string(), "a finite number"));
+            } else if x.abs() > LARGEST_COORDINATE {
+                faults.push(Fault::new(path(), format!("{x:e} mm"), format!("at most {LARGEST_COORDINATE:e} mm")));
+            }
+        }
+    }
+}
+
+/// Invariant: no two nodes are in one place. Returns the place of each node: the first node that is there.
+///
+/// Nodes are sorted along x and parted at every gap wider than `apart` (mm), each part again along y, then z, until no axis
+/// parts it. So a chain of nodes, each in the place of the next, is one place.
+fn places(nodes: &[DVec3], apart: f64, faults: &mut Vec<Fault>) -> Vec<u32> {
+    let mut place: Vec<u32> = (0..nodes.len() as u32).collect();
+    let usable: Vec<u32> = place.iter().copied().filter(|&n| is_usable(nodes[n as usize])).collect();
+    let mut todo = vec![(usable, 0, 0)];
+    while let Some((mut group, axis, unparted)) = todo.pop() {
+        if group.len() < 2 {
+            continue;
+        }
+        if unparted == 3 {
+            let first = *group.iter().min().expect("a group of two or more");
+            group.iter().for_each(|&n| place[n as usize] = first);
+            continue;
+        }
+        let x = |n: u32| nodes[n as usize][axis];
+        group.sort_unstable_by(|&m, &n| x(m).total_cmp(&x(n)).then(m.cmp(&n)));
+        let parts: Vec<&[u32]> = group.chunk_by(|&m, &n| x(n) - x(m) <= apart).collect();
+        let unparted = if parts.len() == 1 { unparted + 1 } else { 1 };
+        todo.extend(parts.iter().map(|part| (part.to_vec(), (axis + 1) % 3, unparted)));
+    }
+    for (n, &first) in place.iter().enumerate().filter(|&(n, &first)| n as u32 != first) {
+        let distance = nodes[n].distance(nodes[first as usize]);
+        let found = format!("the place of nodes[{first}] ({distance:e} mm apart)");
+        faults.push(Fault::new(format!("nodes[{n}]"), found, format!("each node in a place of its own (more than {apart:e} mm apart)")));
+    }
+    place
+}
+
+/// Invariants: both ends are nodes; they differ; the strut has a length; no other strut joins the same nodes.
+fn ends(input: &Input, apart: f64, place: &[u32], faults: &mut Vec<Fault>) {
+    let count = input.nodes.len();
+    let mut first_between: BTreeMap<(NodeId, NodeId), usize> = BTreeMap::new();
+    for (k, s) in input.struts.iter().enumerate() {
+        let mut in_range = true;
+        for (end, node) in [("a", s.a), ("b", s.b)] {
+            if node.index() >= count {
+                in_range = false;
+                faults.push(Fault::new(format!("struts[{k}].{end}"), node.0.to_string(), format!("a node index below {count}")));
+            }
+        }
+        if !in_range {
+            continue;
+        }
+        let (a, b) = (s.a.min(s.b), s.a.max(s.b));
+        if a == b {
+            faults.push(Fault::new(format!("struts[{k}]"), format!("both ends at nodes[{}]", a.0), "two different nodes"));
+            continue;
+        }
+        if place[a.index()] == place[b.index()] {
+            let length = input.nodes[a.index()].distance(input.nodes[b.index()]);
+            let found = format!("length {length:e} mm between nodes[{}] and nodes[{}]", s.a.0, s.b.0);
+            faults.push(Fault::new(format!("struts[{k}]"), found, format!("a length above {apart:e} mm")));
+        }
+        let first = *first_between.entry((a, b)).or_insert(k);
+        if first != k {
+            let found = format!("the same nodes {} and {} as struts[{first}]", a.0, b.0);
+            faults.push(Fault::new(format!("struts[{k}]"), found, "at most one strut between two nodes"));
+        }
+    }
+}
+
+fn is_radius(r: f64) -> bool {
+    r.is_finite() && r >= SMALLEST_RADIUS
+}
+
+/// Invariant: radii are finite and positive.
+fn radii(struts: &[Strut], faults: &mut Vec<Fault>) {
+    for (k, s) in struts.iter().enumerate() {
+        for (end, r) in [("ra", s.ra), ("rb", s.rb)] {
+            let path = || format!("struts[{k}].{end}");
+            if !r.is_finite() || r <= 0.0 {
+                faults.push(Fault::new(path(), r.to_string(), "a radius > 0"));
+            } else if r < SMALLEST_RADIUS {
+                faults.push(Fault::new(path(), format!("{r:e} mm"), format!("a radius of at least {SMALLEST_RADIUS:e} mm")));
+            }
+        }
+    }
+}
+
+fn are_equal(r: f64, s: f64) -> bool {
+    (r - s).abs() <= EQUAL_RADII * r.max(s)
+}
+
+/// Invariant: no strut is tapered, and all radii at a node are equal. A limit of this version, not of the form.
+fn equal_radii(input: &Input, faults: &mut Vec<Fault>) {
+    // The first sound strut end at each node: its strut and radius.
+    let mut first_at: Vec<Option<(usize, f64)>> = vec![None; input.nodes.len()];
+    for (k, s) in input.struts.iter().enumerate() {
+        if is_radius(s.ra) && is_radius(s.rb) && !are_equal(s.ra, s.rb) {
+            let found = format!("{} mm at one end and {} mm at the other", s.ra, s.rb);
+            faults.push(Fault::new(format!("struts[{k}].rb"), found, "equal radii at both ends (tapered struts are not supported yet)"));
+        }
+        for (end, node, r) in [("ra", s.a, s.ra), ("rb", s.b, s.rb)] {
+            let Some(first) = first_at.get_mut(node.index()).filter(|_| is_radius(r)) else { continue };
+            let (other, at_node) = *first.get_or_insert((k, r));
+            if !are_equal(r, at_node) {
+                let found = format!("{r} mm at nodes[{}], where struts[{other}] has {at_node} mm", node.0);
+                faults.push(Fault::new(format!("struts[{k}].{end}"), found, "equal radii at a node (unequal ones are not supported yet)"));
+            }
+        }
+    }
+}
+
+/// Radii equal but for round-off become equal in all bits, the first strut's of the connected part. Returns what it changed.
+fn level_radii(nodes: &[DVec3], struts: &mut [Strut]) -> Vec<Note> {
+    let parts = super::components::split(nodes.len(), struts);
+    let mut notes = Vec::new();
+    let mut radius = vec![None; parts.count()];
+    for (k, s) in struts.iter_mut().enumerate() {
+        let r = *radius[parts.of_strut[k].index()].get_or_insert(s.ra);
+        for (end, own) in [("ra", &mut s.ra), ("rb", &mut s.rb)] {
+            if *own != r {
+                notes.push(Note::new(format!("struts[{k}].{end}"), format!("{own} mm differs by round-off: taken as {r} mm")));
+                *own = r;
+            }
+        }
+    }
+    notes
+}
+
+/// Invariant: the step between neighbouring doubles at the largest coordinate is small against the smallest radius.
+fn resolution(input: &Input, faults: &mut Vec<Fault>) {
+    let reach = input.nodes.iter().filter(|p| is_usable(**p)).map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let radii = input.struts.iter().flat_map(|s| [s.ra, s.rb]).filter(|r| is_radius(*r));
+    let smallest = radii.fold(f64::INFINITY, f64::min);
+    let step = reach * f64::EPSILON;
+    if step > COARSEST_STEP * smallest {
+        let found = format!("coordinates up to {reach:e} mm, where doubles are {step:e} mm apart");
+        let wanted = format!("at most {:e} mm for a radius of {smallest} mm: move the lattice near the origin", COARSEST_STEP * smallest);
+        faults.push(Fault::new("nodes", found, wanted));
+    }
+}
+
+/// The struts that have a place, a length and a radius.
+fn capsules(input: &Input, place: &[u32]) -> Vec<Capsule> {
+    let sound = |(k, s): (usize, &Strut)| {
+        let (p, q) = (*input.nodes.get(s.a.index())?, *input.nodes.get(s.b.index())?);
+        let ends = [place[s.a.index()], place[s.b.index()]];
+        let whole = is_usable(p) && is_usable(q) && ends[0] != ends[1] && is_radius(s.ra) && is_radius(s.rb);
+        whole.then(|| Capsule { strut: StrutId(k as u32), ends, p, q, radius: s.ra.max(s.rb) })
+    };
+    input.struts.iter().enumerate().filter_map(sound).collect()
+}

@@ -1,0 +1,30 @@
+//! Connected parts: numbering, sizes, genus.
+
+use glam::DVec3;
+use lattice_brep::graph::catalogue::{Cell, generate};
+use lattice_brep::graph::components::{ComponentId, ComponentSize, components};
+use lattice_brep::graph::{Graph, Strut};
+use lattice_brep::ids::NodeId;
+
+fn graph(nodes: u32, ends: &[(u32, u32)]) -> Graph {
+    let strut = |&(a, b): &(u32, u32)| Strut { a: NodeId(a), b: NodeId(b), ra: 1.0, rb: 1.0 };
+    Graph::new((0..nodes).map(|k| DVec3::X * f64::from(k)).collect(), ends.iter().map(strut).collect())
+}
+
+#[test]
+fn parts_are_numbered_by_their_smallest_strut() {
+    // Strut 0 joins the last nodes; node 3 has no strut; struts 1 and 2 become one part only through strut 4.
+    let parts = components(&graph(8, &[(7, 6), (0, 1), (5, 4), (1, 2), (2, 4), (6, 7)]));
+    assert_eq!(parts.of_strut.iter().map(|id| id.0).collect::<Vec<_>>(), [0, 1, 1, 1, 1, 0]);
+    let (first, second) = (Some(ComponentId(0)), Some(ComponentId(1)));
+    assert_eq!(parts.of_node, [second, second, second, None, second, second, first, first]);
+    assert_eq!(parts.sizes, [ComponentSize { nodes: 2, struts: 2 }, ComponentSize { nodes: 5, struts: 4 }]);
+}
+
+#[test]
+fn genus_counts_independent_loops() {
+    let genus = |graph: &Graph| components(graph).sizes.iter().map(|s| s.genus()).collect::<Vec<_>>();
+    assert_eq!(genus(&graph(4, &[(0, 1), (1, 2), (1, 3)])), [0]);
+    assert_eq!(genus(&graph(6, &[(0, 1), (1, 2), (2, 0), (3, 4), (4, 5)])), [1, 0]);
+    assert_eq!(genus(&generate(Cell::Cubic, 1.0, [1, 1, 1], 0.1).unwrap()), [5]);
+}
