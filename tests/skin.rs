@@ -1,6 +1,6 @@
 use glam::DVec3;
 use lattice_brep::node::{Film, Method, Star, cut};
-use lattice_brep::patch::{check, fit, forms::Tables, layout::Layout, skin};
+use lattice_brep::patch::{self, forms::Tables};
 
 fn star(axes: Vec<DVec3>) -> Star {
     let axes: Vec<DVec3> = axes.into_iter().map(|a| a.normalize()).collect();
@@ -14,14 +14,12 @@ fn run(name: &str, s: Star, p: usize, method: Method) {
     let t1 = std::time::Instant::now();
     let folded = match &film.shape { lattice_brep::node::Shape::Soap(m) => m.facing(), _ => (1.0, 0) };
     let tables = Tables::new(p);
-    let layout = match Layout::new(&film.star, &film.cells) { Ok(f) => f, Err(e) => { println!("{name} p{p} LAYOUT {e}"); return; } };
     let t2 = std::time::Instant::now();
-    let f = match fit::fit(&tables, &layout, &film) { Ok(f) => f, Err(e) => { println!("{name} p{p} FIT {e}"); return; } };
-    let t3 = std::time::Instant::now();
-    let sk = match skin::skin(&tables, &layout, &f) { Ok(f) => f, Err(e) => { println!("{name} p{p} SKIN {e}"); return; } };
-    let q = check::measure(&sk, &film);
-    println!("{name} p{p} deg {} patches {} (base {}) film {:?}/{:?} layout {:?} fit {:?} facing film {:.3}/{} | jump {:.1e} rim {:.1e} facing {:.3} dev {:.1e}/{:.1e} tilt {:.1}",
-        film.star.degree(), sk.patches.len(), 2*film.cells.sides.len(), t1-t0, match &film.shape { lattice_brep::node::Shape::Soap(m) => m.triangles.0.len(), _ => 0}, t2-t1, t3-t2, folded.0, folded.1, q.jump, q.rim_jump, q.facing, q.deviation, q.mean_deviation, q.tilt);
+    match patch::fit(&film, &tables) {
+        Err(e) => println!("{name} p{p} FAIL {e}"),
+        Ok(patch::Fitted { skin, quality: q }) => println!("{name} p{p} deg {} patches {} film {:?}/{:?} fit {:?} facing film {:.3}/{} | jump {:.1e} rim {:.1e} facing {:.3} dev {:.1e}/{:.1e} tilt {:.1}",
+        film.star.degree(), skin.patches.len(), t1-t0, match &film.shape { lattice_brep::node::Shape::Soap(m) => m.triangles.0.len(), _ => 0}, t2.elapsed(), folded.0, folded.1, q.jump, q.rim_jump, q.facing, q.deviation, q.mean_deviation, q.tilt),
+    }
 }
 
 fn rng(state: &mut u64) -> f64 { *state ^= *state << 13; *state ^= *state >> 7; *state ^= *state << 17; (*state >> 11) as f64 / (1u64 << 53) as f64 }

@@ -92,3 +92,24 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
 fn degrees(a: DVec3, b: DVec3) -> f64 {
     crate::node::star::angle(a, b).to_degrees()
 }
+
+/// Largest normal jump inside a node or at a rim, degrees. The construction keeps 1e-6° unless corners were joined.
+pub const MOST_JUMP: f64 = 0.05;
+
+/// Largest distance between skin and film, in node radii: beyond it the skin is another shape.
+pub const MOST_DEVIATION: f64 = 0.5;
+
+/// Whether a skin may leave the patch layer.
+pub fn accept(q: &Quality) -> Result<(), String> {
+    // written so that a NaN fails
+    if !(q.facing > 0.0) {
+        return Err(format!("the skin folds (least cosine between normal and ray {:.3}, must be positive)", q.facing));
+    }
+    if !(q.jump.max(q.rim_jump) <= MOST_JUMP) {
+        return Err(format!("the skin has a normal jump of {:.3}° (largest allowed {MOST_JUMP}°)", q.jump.max(q.rim_jump)));
+    }
+    if !(q.deviation <= MOST_DEVIATION) {
+        return Err(format!("the skin is {:.3} radii from its film (largest allowed {MOST_DEVIATION})", q.deviation));
+    }
+    Ok(())
+}

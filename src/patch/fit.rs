@@ -4,6 +4,9 @@
 //! energy of the deviation from the strut's cylinder. The distance is linear in w: on the ray along Y the skin is at
 //! |Y| / w, so near the film (distance ρ) it is off by ρ² / |Y| · (w - |Y| / ρ). The inner numbers of each patch are
 //! eliminated first; the sparse system holds those of corners, creases and radials.
+//!
+//! Bernstein coefficients may swing far beyond the function they stand for, and a weight must not reach 0: second
+//! differences of the control net have a weight of their own (`stiffness`), which the caller raises until all are positive.
 
 use crate::math::bernstein::basis;
 use crate::math::gauss;
@@ -24,15 +27,10 @@ const LEAST_FACING: f64 = 0.05;
 /// Thinnest sector (radians, node radii) for the fairness weight, which grows with the fourth power of thinness.
 const LEAST_WIDTH: f64 = 0.02;
 
-/// The gauge of one sector: Bernstein coefficients of w, `w[is * (p + 1) + iv]`, s along the crease, v from the rim.
-pub struct Gauge {
-    pub w: Vec<f64>,
-}
-
 /// The fitted gauges of a node.
 pub struct Fit {
-    /// One per sector.
-    pub sectors: Vec<Gauge>,
+    /// Per sector: Bernstein coefficients of w, `[is * (p + 1) + iv]`, s along the crease, v from the rim.
+    pub sectors: Vec<Vec<f64>>,
     /// Coefficients of w along each crease (degree p).
     pub creases: Vec<Vec<f64>>,
     /// Coefficients of w along each radial, cylinder scale (degree p).
@@ -41,93 +39,108 @@ pub struct Fit {
     pub corners: Vec<f64>,
 }
 
-/// Sector quantities on the way: all coefficients as forms of the patch's own numbers, and their normal equations.
-struct Local {
+/// The least squares problem of one node, ready to be solved with more or less stiff control nets.
+pub struct Problem<'a> {
+    tables: &'a Tables,
+    layout: &'a Layout,
+    creases: Vec<CreaseForms>,
+    radials: Vec<RadialForms>,
+    sectors: Vec<SectorProblem>,
+}
+
+/// One sector's part: the quadratic forms ½ (1, x)ᵀ N (1, x) in the patch's own numbers.
+struct SectorProblem {
     /// `forms[is * (p + 1) + iv]`, of (constant, border numbers, inner numbers).
     forms: Vec<Form>,
     /// Global number of each border number.
     border: Vec<usize>,
-    /// The inner numbers as functions of (constant, border): rows = inner.
-    inner: Mat<f64>,
+    /// Distance to the film and thin-plate energy.
+    film: Mat<f64>,
+    /// Second differences of the control net.
+    net: Mat<f64>,
 }
 
-/// Fit all sectors of a node to its film.
-pub fn fit(tables: &Tables, layout: &Layout, film: &Film) -> Result<Fit, String> {
-    let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
-    let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
-    let (nc, nk) = (layout.corners.len(), layout.creases.len());
-    let crease_at = |k: usize| JET * nc + tables.crease_free() * k;
-    let radial_at = |k: usize| crease_at(nk) + tables.radial_free() * k;
-    let total = radial_at(layout.radials.len());
-
-    let samples = Samples::new(tables.p);
-    let mut matrix = Symmetric::default();
-    let mut rhs = Mat::<f64>::zeros(total, 1);
-    let mut sampler = film.sampler();
-    let mut locals = Vec::with_capacity(layout.sectors.len());
-    for (index, sector) in layout.sectors.iter().enumerate() {
-        let map = SectorMap::new(layout, index);
-        let mut border = Vec::new();
-        for corner in layout.creases[sector.crease].corners {
-            border.extend((0..JET).map(|k| JET * corner + k));
+impl<'a> Problem<'a> {
+    /// Sample the film for all sectors of a node.
+    pub fn new(tables: &'a Tables, layout: &'a Layout, film: &Film) -> Result<Self, String> {
+        let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
+        let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
+        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()) };
+        let samples = Samples::new(tables.p);
+        let mut sampler = film.sampler();
+        for (index, sector) in layout.sectors.iter().enumerate() {
+            let map = SectorMap::new(layout, index);
+            let mut border = problem.crease_numbers(sector.crease);
+            border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
+            let forms = sector_forms(tables, layout, index, &map, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
+            let [film, net] = normal_equations(tables, &samples, &map, &forms, &mut sampler)?;
+            problem.sectors.push(SectorProblem { forms, border, film, net });
         }
-        border.extend((0..tables.crease_free()).map(|k| crease_at(sector.crease) + k));
-        for r in sector.radials {
-            border.extend((0..tables.radial_free()).map(|k| radial_at(r) + k));
-        }
-        let forms = sector_forms(tables, layout, index, &map, &creases[sector.crease], sector.radials.map(|r| &radials[r]));
-        let normal = normal_equations(tables, &samples, &map, &forms, &mut sampler)?;
-        let nb = 1 + border.len();
-        let ni = forms[0].len() - nb;
-        // eliminate the inner numbers: N_ii x_i = -N_ib (1, x_b)
-        let inner_matrix = normal.submatrix(nb, nb, ni, ni).to_owned();
-        let mixed = normal.submatrix(nb, 0, ni, nb).to_owned();
-        let factor = inner_matrix.llt(faer::Side::Lower).map_err(|e| format!("a patch's own equations are singular: {e:?}"))?;
-        let inner = factor.solve(&mixed) * -1.0;
-        let condensed = normal.submatrix(0, 0, nb, nb) + mixed.transpose() * &inner;
-        for (a, &ga) in border.iter().enumerate() {
-            rhs[(ga, 0)] -= condensed[(a + 1, 0)];
-            for (b, &gb) in border.iter().enumerate() {
-                matrix.add(ga, gb, 0.5 * (condensed[(a + 1, b + 1)] + condensed[(b + 1, a + 1)]));
-            }
-        }
-        locals.push(Local { forms, border, inner });
+        Ok(problem)
     }
-    let x = matrix.solve(total, &rhs)?;
-    let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
 
-    let sectors = locals.iter().map(|local| local.gauge(&x)).collect();
-    let creases = creases
-        .iter()
-        .enumerate()
-        .map(|(k, forms)| {
-            let ends = layout.creases[k].corners;
-            let numbers: Vec<usize> = ends.iter().flat_map(|&c| (0..JET).map(move |i| JET * c + i)).chain((0..tables.crease_free()).map(|i| crease_at(k) + i)).collect();
-            forms.w.iter().map(|f| value(f, &numbers)).collect()
+    /// Global numbers of a crease: the jets at its ends, then its own.
+    fn crease_numbers(&self, k: usize) -> Vec<usize> {
+        let free = self.tables.crease_free();
+        let at = JET * self.layout.corners.len() + free * k;
+        self.layout.creases[k].corners.iter().flat_map(|&c| JET * c..JET * (c + 1)).chain(at..at + free).collect()
+    }
+
+    /// Global numbers of a radial's own.
+    fn radial_free(&self, k: usize) -> std::ops::Range<usize> {
+        let free = self.tables.radial_free();
+        let at = JET * self.layout.corners.len() + self.tables.crease_free() * self.layout.creases.len() + free * k;
+        at..at + free
+    }
+
+    /// The skin of least error, with weight `stiffness` (r²) on the second differences of the control nets.
+    pub fn solve(&self, stiffness: f64) -> Result<Fit, String> {
+        let total = self.radial_free(self.layout.radials.len()).start;
+        let mut matrix = Symmetric::default();
+        let mut rhs = Mat::<f64>::zeros(total, 1);
+        let mut inner = Vec::with_capacity(self.sectors.len());
+        for sector in &self.sectors {
+            let normal = &sector.film + stiffness * &sector.net;
+            let nb = 1 + sector.border.len();
+            let ni = normal.nrows() - nb;
+            // eliminate the inner numbers: N_ii x_i = -N_ib (1, x_b)
+            let mixed = normal.submatrix(nb, 0, ni, nb);
+            let factor = normal.submatrix(nb, nb, ni, ni).llt(faer::Side::Lower).map_err(|e| format!("a patch's own equations are singular: {e:?}"))?;
+            let solved = factor.solve(&mixed) * -1.0;
+            let condensed = normal.submatrix(0, 0, nb, nb) + mixed.transpose() * &solved;
+            for (a, &ga) in sector.border.iter().enumerate() {
+                rhs[(ga, 0)] -= condensed[(a + 1, 0)];
+                for (b, &gb) in sector.border.iter().enumerate() {
+                    matrix.add(ga, gb, 0.5 * (condensed[(a + 1, b + 1)] + condensed[(b + 1, a + 1)]));
+                }
+            }
+            inner.push(solved);
+        }
+        let x = matrix.solve(total, &rhs)?;
+        let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
+        let radial_numbers = |k: usize| -> Vec<usize> {
+            let corner = self.layout.radials[k].corner;
+            (JET * corner..JET * (corner + 1)).chain(self.radial_free(k)).collect()
+        };
+        Ok(Fit {
+            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(inner, &x)).collect(),
+            creases: self.creases.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &self.crease_numbers(k))).collect()).collect(),
+            radials: self.radials.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &radial_numbers(k))).collect()).collect(),
+            corners: (0..self.layout.corners.len()).map(|k| x[(JET * k, 0)]).collect(),
         })
-        .collect();
-    let radials = radials
-        .iter()
-        .enumerate()
-        .map(|(k, forms)| {
-            let corner = layout.radials[k].corner;
-            let numbers: Vec<usize> = (0..JET).map(|i| JET * corner + i).chain((0..tables.radial_free()).map(|i| radial_at(k) + i)).collect();
-            forms.w.iter().map(|f| value(f, &numbers)).collect()
-        })
-        .collect();
-    let corners = (0..nc).map(|k| x[(JET * k, 0)]).collect();
-    Ok(Fit { sectors, creases, radials, corners })
+    }
 }
 
-impl Local {
-    fn gauge(&self, x: &Mat<f64>) -> Gauge {
+impl SectorProblem {
+    /// All coefficients, from the border numbers `x` and the inner numbers as functions of (constant, border).
+    fn gauge(&self, inner: &Mat<f64>, x: &Mat<f64>) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
         let nb = numbers.len();
-        for row in 0..self.inner.nrows() {
-            numbers.push((0..nb).map(|k| self.inner[(row, k)] * numbers[k]).sum());
+        for row in 0..inner.nrows() {
+            numbers.push((0..nb).map(|k| inner[(row, k)] * numbers[k]).sum());
         }
-        Gauge { w: self.forms.iter().map(|f| f.iter().zip(&numbers).map(|(a, b)| a * b).sum()).collect() }
+        self.forms.iter().map(|f| f.iter().zip(&numbers).map(|(a, b)| a * b).sum()).collect()
     }
 }
 
@@ -211,13 +224,13 @@ impl Samples {
     }
 }
 
-/// The quadratic form  ½ (1, x)ᵀ N (1, x)  of a sector: distance to the film and fairness.
-fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: &[Form], sampler: &mut Sampler) -> Result<Mat<f64>, String> {
+/// The two quadratic forms of a sector (see `SectorProblem`).
+fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: &[Form], sampler: &mut Sampler) -> Result<[Mat<f64>; 2], String> {
     let n = tables.p + 1;
     let width = forms[0].len();
     let m = samples.rule.len();
     let coefficients = Mat::<f64>::from_fn(n * n, width, |i, j| forms[i][j]);
-    // rows of the least squares problem
+    // distance to the film: one row per sample
     let mut design = Mat::<f64>::zeros(m * m, n * n);
     let mut target = vec![0.0; m * m];
     for (a, &(s, ws)) in samples.rule.iter().enumerate() {
@@ -243,15 +256,15 @@ fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: 
     for (k, t) in target.iter().enumerate() {
         rows[(k, 0)] -= t;
     }
-    let mut normal = rows.transpose() * &rows;
-    // fairness of w - w2 in cylinder coordinates of the strut
+    let mut film = rows.transpose() * &rows;
+    // energies of w - w2, in cylinder coordinates of the strut
     let (dphi, deta, w2) = map.extent();
     let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
-    let factor = std::env::var("FAIR").ok().and_then(|s| s.parse().ok()).unwrap_or(FAIRNESS) * dphi * deta / (w2 * w2);
+    let area = dphi * deta / (w2 * w2);
     let [g0, g1, g2] = &samples.gram;
-    let energy = Mat::<f64>::from_fn(n * n, n * n, |r, c| {
+    let plate = Mat::<f64>::from_fn(n * n, n * n, |r, c| {
         let (i, j, k, l) = (r / n, r % n, c / n, c % n);
-        factor * (g2[i][k] * g0[j][l] / dphi.powi(4) + 2.0 * g1[i][k] * g1[j][l] / (dphi * deta).powi(2) + g0[i][k] * g2[j][l] / deta.powi(4))
+        FAIRNESS * area * (g2[i][k] * g0[j][l] / dphi.powi(4) + 2.0 * g1[i][k] * g1[j][l] / (dphi * deta).powi(2) + g0[i][k] * g2[j][l] / deta.powi(4))
     });
     let mut deviation = coefficients;
     for i in 0..n {
@@ -259,14 +272,12 @@ fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: 
             deviation[(i * n + j, 0)] -= forms[i * n][0]; // the rim row holds w2
         }
     }
-    let net: f64 = std::env::var("NET").ok().and_then(|s| s.parse().ok()).unwrap_or(0.0) * dphi * deta / (w2 * w2);
-    let mut rows2 = Vec::new();
-    for i in 0..n { for j in 0..n {
-        let at = |i: usize, j: usize| i * n + j;
-        if i + 2 < n { rows2.push([at(i, j), at(i + 1, j), at(i + 2, j)]); }
-        if j + 2 < n { rows2.push([at(i, j), at(i, j + 1), at(i, j + 2)]); }
-    } }
-    let diff = Mat::<f64>::from_fn(rows2.len(), width, |r, c| { let [a, b, d] = rows2[r]; net.sqrt() * (deviation[(a, c)] - 2.0 * deviation[(b, c)] + deviation[(d, c)]) });
-    normal += deviation.transpose() * (&energy * &deviation) + diff.transpose() * &diff;
-    Ok(normal)
+    film += deviation.transpose() * (&plate * &deviation);
+    let triples: Vec<[usize; 3]> =
+        (0..n * n).flat_map(|k| [(k / n + 2 < n).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten().collect();
+    let bends = Mat::<f64>::from_fn(triples.len(), width, |r, c| {
+        let [a, b, d] = triples[r];
+        area.sqrt() * (deviation[(a, c)] - 2.0 * deviation[(b, c)] + deviation[(d, c)])
+    });
+    Ok([film, bends.transpose() * &bends])
 }

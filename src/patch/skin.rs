@@ -15,15 +15,7 @@ pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String>
     let p = tables.p;
     let knots: Arc<[f64]> = std::iter::repeat_n(0.0, p + 1).chain(std::iter::repeat_n(1.0, p + 1)).collect();
     let positive = |w: &[f64]| w.iter().all(|&x| x > 0.0);
-    if !(fit.sectors.iter().all(|g| positive(&g.w)) && fit.creases.iter().all(|w| positive(w)) && fit.radials.iter().all(|w| positive(w))) {
-        for (k, g) in fit.sectors.iter().enumerate() {
-            let n = p + 1;
-            let (i, m) = g.w.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).unwrap();
-            if *m <= 0.0 {
-                let s = &layout.sectors[k]; let c = &layout.creases[s.crease];
-                eprintln!("  sector {k} arm {} arms {:?} phi {:?} t {:?} theta {:.1} l {:?} room {:?} min w {m:.3} at {:?} mean {:.2}", s.arm, c.arms, c.phi.map(|x| x.to_degrees().round()), c.t, c.frame.theta.to_degrees(), s.radials.map(|r| layout.radials[r].speed), s.radials.map(|r| layout.radials[r].cut - layout.radials[r].h), (i / n, i % n), g.w.iter().sum::<f64>() / (n * n) as f64);
-            }
-        }
+    if !(fit.sectors.iter().all(|w| positive(w)) && fit.creases.iter().all(|w| positive(w)) && fit.radials.iter().all(|w| positive(w))) {
         return Err("the skin has a weight that is not positive".into());
     }
     let nodes = &tables.interpolation.nodes;
@@ -79,7 +71,7 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
     let nodes = &tables.interpolation.nodes;
     let sector = &layout.sectors[index];
     let map = SectorMap::new(layout, index);
-    let mut weights = fit.sectors[index].w.clone();
+    let mut weights = fit.sectors[index].clone();
     // coefficients of Y: first along v, then along s
     let columns: Vec<Vec<DVec3>> = nodes.iter().map(|&s| tables.interpolation.coefficients(&nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>())).collect();
     let mut points = vec![DVec3::ZERO; n * n];
