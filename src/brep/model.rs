@@ -164,6 +164,23 @@ impl Solid {
         ranges.collect()
     }
 
+    /// No coordinate, radius, knot or weight is infinite or NaN.
+    pub fn is_finite(&self) -> bool {
+        let all = |values: &[f64]| values.iter().all(|x| x.is_finite());
+        let curve = |c: &Curve| match c {
+            Curve::Spline(s) => all(&s.knots) && all(&s.weights),
+            _ => true,
+        };
+        let surface = |s: &Surface| match s {
+            Surface::Spline(s) => s.knots.iter().all(|k| all(k)) && all(&s.weights),
+            _ => true,
+        };
+        self.points.iter().all(|p| p.is_finite())
+            && self.circles.iter().all(Circle::is_finite)
+            && self.shell().edges.iter().all(|e| curve(&e.curve))
+            && self.faces().iter().all(|f| surface(&f.surface))
+    }
+
     /// The rim circle of `struts[k]` at end a (0) or b (1).
     pub fn rim(&self, k: usize, end: usize) -> &Circle {
         &self.circles[2 * k + end]
@@ -191,6 +208,10 @@ impl Solid {
 }
 
 impl Circle {
+    fn is_finite(&self) -> bool {
+        self.center.is_finite() && self.axis.is_finite() && self.x.is_finite() && self.radius.is_finite()
+    }
+
     /// Direction from the centre at this azimuth (radians, counter-clockwise about `axis` from `x`).
     pub fn radial(&self, azimuth: f64) -> DVec3 {
         self.x * azimuth.cos() + self.axis.cross(self.x) * azimuth.sin()
