@@ -1,1 +1,21 @@
-//! TODO
+//! B-rep layer: `Skin`s and struts ▶ `Model`, one closed solid per connected component.
+//! The only layer that names truck. Lengths in mm.
+//!
+//! Promised: every edge used twice in opposite senses, shared points bit for bit equal, exact
+//! cylinders and circles, ids that depend on the graph alone. Each promise has its own check.
+
+pub mod assemble;
+pub mod components;
+pub mod continuity;
+pub mod error;
+pub mod measure;
+pub mod model;
+pub mod seam;
+pub mod topology;
+
+pub use assemble::{AssembleOptions, Caps, assemble};
+pub use continuity::{Quality, QualityLimits, quality};
+pub use error::BrepError;
+pub use measure::{Measure, measure};
+pub use model::{Circle, Curve, Label, Model, Solid, SplineCurve, SplineSurface, Surface};
+pub use topology::{Counts, check_topology};

@@ -1,1 +1,16 @@
-//! TODO
+//! STEP layer: `Model` ▶ text (ISO 10303-21), and a reader that counts what a file holds.
+//! Small fixed parts come from `step_templates/`; geometry and topology are streamed.
+//!
+//! Promised: bytes depend on the model and the options alone; strings are plain ASCII; numbers
+//! read back to the same bits (unless rounding is asked for).
+
+pub mod geometry;
+pub mod options;
+//pub mod readback;
+pub mod template;
+pub mod text;
+pub mod write;
+
+pub use options::{Schema, StepOptions, TimeStamp};
+//pub use readback::{ReadBack, ReadBackError, read_back};
+pub use write::{Facts, StepError, Written, write};

@@ -1,0 +1,249 @@
+//! Sampled geometry checks along every edge of the patches: gaps, jumps of the normal, folds.
+//! Both sides of an edge are evaluated at the same parameter, about their node (mm).
+
+use super::error::BrepError;
+use super::model::{Curve, Label, Model, Solid, Surface};
+use crate::math::nurbs::{Jet1, NurbsSurface};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::fmt;
+use std::ops::Range;
+
+/// The worst of many samples, and the two faces that meet there (twice the same for a value that
+/// belongs to one face).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    pub value: f64,
+    pub at: Option<[Label; 2]>,
+}
+
+impl Worst {
+    const NONE: Worst = Worst { value: 0.0, at: None };
+
+    fn raise(&mut self, value: f64, at: [Label; 2]) {
+        if value > self.value || value.is_nan() {
+            *self = Worst { value, at: Some(at) };
+        }
+    }
+
+    fn merge(self, other: Worst) -> Worst {
+        if other.value > self.value || other.value.is_nan() { other } else { self }
+    }
+}
+
+impl fmt::Display for Worst {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.at {
+            Some([a, b]) if a == b => write!(f, "{a}"),
+            Some([a, b]) => write!(f, "{a} against {b}"),
+            None => write!(f, "nowhere"),
+        }
+    }
+}
+
+/// What the samples showed. Worst places are the first in face order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality {
+    /// Largest angle between patch and cylinder normals, degrees.
+    pub rim_jump_deg: Worst,
+    /// Largest angle between the normals of two patches of a node, degrees.
+    pub inner_jump_deg: Worst,
+    /// Largest distance of a patch border from its circle or edge curve, or of a curve's end from
+    /// its vertex, mm.
+    pub gap_mm: Worst,
+    /// Smallest cosine between a patch's normal and the ray from the node; 1 without patches.
+    pub facing: Worst,
+}
+
+/// What a model must keep to be written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QualityLimits {
+    pub rim_jump_deg: f64,
+    pub inner_jump_deg: f64,
+    pub gap_mm: f64,
+    /// Below this cosine a patch counts as folded.
+    pub facing: f64,
+}
+
+impl Quality {
+    /// Every limit that is broken; a NaN breaks its limit.
+    pub fn check(&self, limits: &QualityLimits) -> Result<(), Vec<BrepError>> {
+        let mut faults = vec![];
+        let above = |value: f64, limit: f64| !(value <= limit);
+        if above(self.gap_mm.value, limits.gap_mm) {
+            let (place, gap) = (self.gap_mm.to_string(), self.gap_mm.value);
+            faults.push(BrepError::Gap { place, gap, limit: limits.gap_mm });
+        }
+        for (worst, limit) in [(self.rim_jump_deg, limits.rim_jump_deg), (self.inner_jump_deg, limits.inner_jump_deg)] {
+            if above(worst.value, limit) {
+                faults.push(BrepError::Jump { place: worst.to_string(), jump: worst.value, limit });
+            }
+        }
+        if !(self.facing.value >= limits.facing) {
+            faults.push(BrepError::Folded { face: self.facing.to_string(), facing: self.facing.value });
+        }
+        if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+
+    fn none() -> Self {
+        let facing = Worst { value: 1.0, at: None };
+        Quality { rim_jump_deg: Worst::NONE, inner_jump_deg: Worst::NONE, gap_mm: Worst::NONE, facing }
+    }
+
+    fn merge(self, other: Quality) -> Quality {
+        let facing = if other.facing.value < self.facing.value || other.facing.value.is_nan() {
+            other.facing
+        } else {
+            self.facing
+        };
+        Quality {
+            rim_jump_deg: self.rim_jump_deg.merge(other.rim_jump_deg),
+            inner_jump_deg: self.inner_jump_deg.merge(other.inner_jump_deg),
+            gap_mm: self.gap_mm.merge(other.gap_mm),
+            facing,
+        }
+    }
+}
+
+/// Sample a model: `samples` points on every patch side (ends included, at least 2), their square
+/// inside every patch.
+pub fn quality(model: &Model, samples: usize) -> Quality {
+    let samples = samples.max(2);
+    let of_solid = |solid: &Solid| {
+        let ranges = solid.node_faces();
+        let nodes: Vec<Quality> = (0..solid.nodes.len())
+            .into_par_iter()
+            .map(|n| node_quality(solid, n, ranges[n].clone(), samples))
+            .collect();
+        nodes.into_iter().fold(Quality::none(), Quality::merge)
+    };
+    model.solids.iter().map(of_solid).fold(Quality::none(), Quality::merge)
+}
+
+/// A side of a patch, walked in the sense of the face's loop.
+struct Side<'a> {
+    surface: &'a NurbsSurface,
+    /// 0: v = 0, 1: u = 1, 2: v = 1, 3: u = 0.
+    side: usize,
+}
+
+impl Side<'_> {
+    /// Jet at the fraction `f` (0 to 1) of the walk.
+    fn jet(&self, f: f64) -> Jet1 {
+        let [[u0, u1], [v0, v1]] = self.surface.domain();
+        let along = |a: f64, b: f64| if f == 1.0 { b } else { a + f * (b - a) };
+        let (u, v) = match self.side {
+            0 => (along(u0, u1), v0),
+            1 => (u1, along(v0, v1)),
+            2 => (along(u1, u0), v1),
+            _ => (u0, along(v1, v0)),
+        };
+        self.surface.jet1(u, v)
+    }
+}
+
+fn normal(jet: &Jet1) -> DVec3 {
+    jet.du.cross(jet.dv).normalize()
+}
+
+/// Angle between two unit vectors, degrees; exact for small angles.
+fn angle_deg(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
+}
+
+fn node_quality(solid: &Solid, n: usize, faces: Range<usize>, samples: usize) -> Quality {
+    let mut out = Quality::none();
+    let origin = solid.centers[n];
+    let shell = solid.shell();
+    let fraction = |k: usize| k as f64 / (samples - 1) as f64;
+    let mut patches = vec![];
+    // (edge, patch, side, walked forward) of every spline edge.
+    let mut uses = vec![];
+    for f in faces {
+        let Surface::Spline(spline) = &shell.faces[f].surface else { continue };
+        let label = solid.labels[f];
+        let surface = solid.spline_surface(spline, origin);
+        let mut walk = shell.faces[f].boundaries[0].iter();
+        for (side, &count) in spline.sides.iter().enumerate() {
+            for e in walk.by_ref().take(count as usize) {
+                let edge = &shell.edges[e.index];
+                match &edge.curve {
+                    Curve::Spline(_) => uses.push((e.index, patches.len(), side, e.orientation)),
+                    Curve::Arc(c) => {
+                        for v in [edge.vertices.0, edge.vertices.1] {
+                            out.gap_mm.raise(solid.circles[*c].distance(solid.points[v]), [label; 2]);
+                        }
+                    }
+                    Curve::Line => {}
+                }
+            }
+        }
+        if let Curve::Arc(c) = shell.edges[shell.faces[f].boundaries[0][0].index].curve {
+            let circle = &solid.circles[c];
+            let strut = label.strut().map_or(label, Label::Strut);
+            for k in 0..samples {
+                let jet = Side { surface: &surface, side: 0 }.jet(fraction(k));
+                let p = jet.p + (origin - circle.center);
+                let radial = p.reject_from_normalized(circle.axis).normalize();
+                out.rim_jump_deg.raise(angle_deg(normal(&jet), radial), [label, strut]);
+                out.gap_mm.raise(circle.distance(jet.p + origin), [label, strut]);
+            }
+        }
+        facing(&mut out, &surface, label, samples);
+        patches.push((surface, label));
+    }
+    uses.sort_unstable();
+    for pair in uses.chunk_by(|a, b| a.0 == b.0) {
+        edge_quality(&mut out, solid, origin, &patches, pair, samples);
+    }
+    out
+}
+
+/// Normal against ray on a grid over the patch, borders included.
+fn facing(out: &mut Quality, surface: &NurbsSurface, label: Label, samples: usize) {
+    let [[u0, u1], [v0, v1]] = surface.domain();
+    for i in 0..samples {
+        for j in 0..samples {
+            let [fu, fv] = [i, j].map(|k| k as f64 / (samples - 1) as f64);
+            let jet = surface.jet1(u0 + fu * (u1 - u0), v0 + fv * (v1 - v0));
+            let value = normal(&jet).dot(jet.p.normalize());
+            if value < out.facing.value || value.is_nan() {
+                out.facing = Worst { value, at: Some([label; 2]) };
+            }
+        }
+    }
+}
+
+/// One spline edge against the patches that use it.
+fn edge_quality(
+    out: &mut Quality,
+    solid: &Solid,
+    origin: DVec3,
+    patches: &[(NurbsSurface, Label)],
+    uses: &[(usize, usize, usize, bool)],
+    samples: usize,
+) {
+    let edge = &solid.shell().edges[uses[0].0];
+    let Curve::Spline(spline) = &edge.curve else { return };
+    let curve = solid.spline_curve(spline, origin);
+    let [t0, t1] = curve.domain();
+    let labels = [patches[uses[0].1].1, patches[uses[uses.len() - 1].1].1];
+    for (t, v) in [(t0, edge.vertices.0), (t1, edge.vertices.1)] {
+        out.gap_mm.raise(curve.point(t).distance(solid.points[v] - origin), labels);
+    }
+    for k in 0..samples {
+        let f = k as f64 / (samples - 1) as f64;
+        let on_curve = curve.point(t0 + f * (t1 - t0));
+        let mut first = None;
+        for &(_, patch, side, forward) in uses {
+            let (surface, label) = &patches[patch];
+            let jet = Side { surface, side }.jet(if forward { f } else { 1.0 - f });
+            out.gap_mm.raise(jet.p.distance(on_curve), [*label; 2]);
+            let n = normal(&jet);
+            match first {
+                None => first = Some(n),
+                Some(m) => out.inner_jump_deg.raise(angle_deg(m, n), labels),
+            }
+        }
+    }
+}

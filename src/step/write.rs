@@ -1,0 +1,199 @@
+//! `Model` ▶ Part 21 text: header, product, context, solids, colours, validation properties.
+
+use super::geometry::{Numbers, write_solid};
+use super::options::{Schema, StepOptions, TimeStamp};
+use super::template::fill;
+use super::text::{real, string};
+use crate::brep::{Measure, Model};
+use std::io::{self, Write};
+
+/// Entities of the solids start here; the templates use the numbers below.
+const FIRST: u64 = 101;
+
+/// The file never claims an uncertainty below this (mm): the resolution that common kernels assume
+/// anyway, and far below any strut.
+pub const LEAST_UNCERTAINTY: f64 = 1e-7;
+
+/// The rule that the validation properties follow, in the wording that checkers look for.
+const VALIDATION_PRACTICE: &str =
+    "CAx-IF Rec.Pracs.---Geometric and Assembly Validation Properties---4.6---2023-04-21";
+
+/// What was measured on the model and goes into the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facts {
+    /// Of all solids together.
+    pub measure: Measure,
+    /// Largest gap between an edge and a face, mm.
+    pub gap_mm: f64,
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// The largest entity number.
+    pub last_entity: u64,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum StepError {
+    #[error("solid {solid}: a coordinate, weight, radius or knot is not a finite number")]
+    NotFinite { solid: usize },
+    #[error("the measured volume, area, centroid or gap is not a finite number")]
+    FactsNotFinite,
+    #[error("the product's name is empty")]
+    NoProductName,
+    #[error("colour {0:?}: wanted three numbers from 0 to 1")]
+    Colour([f64; 3]),
+    #[error("cannot write: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// Write the model as one part with one solid per component. `out` should be buffered.
+pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl Write) -> Result<Written, StepError> {
+    check(model, facts, options)?;
+    let mut next = FIRST;
+    let numbers: Vec<Numbers> = model
+        .solids
+        .iter()
+        .map(|solid| {
+            let ids = Numbers::new(solid, next);
+            next = ids.styled + 1;
+            ids
+        })
+        .collect();
+    out.write_all(preamble(&numbers, facts, options).as_bytes())?;
+    for (k, (solid, ids)) in model.solids.iter().zip(&numbers).enumerate() {
+        let name = format!("'solid_{}'", k + 1);
+        write_solid(&mut out, solid, &name, ids, options.decimals)?;
+        if has_extras(options.schema) {
+            writeln!(out, "#{}=STYLED_ITEM('colour',(#22),#{});", ids.styled, ids.brep)?;
+        }
+    }
+    out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
+    out.flush()?;
+    Ok(Written { last_entity: next - 1 })
+}
+
+/// AP203 edition 1 has neither styles nor measure items.
+fn has_extras(schema: Schema) -> bool {
+    schema != Schema::Ap203
+}
+
+/// Numbers must be finite: Part 21 has no token for others.
+fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), StepError> {
+    let m = &facts.measure;
+    if !(m.volume.is_finite() && m.area.is_finite() && m.centroid.is_finite() && facts.gap_mm.is_finite()) {
+        return Err(StepError::FactsNotFinite);
+    }
+    if string(&options.product) == "''" {
+        return Err(StepError::NoProductName);
+    }
+    if !options.colour.iter().all(|c| (0.0..=1.0).contains(c)) {
+        return Err(StepError::Colour(options.colour));
+    }
+    match model.solids.iter().position(|s| !s.is_finite()) {
+        Some(solid) => Err(StepError::NotFinite { solid }),
+        None => Ok(()),
+    }
+}
+
+fn preamble(numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String {
+    let product = string(&options.product);
+    let author = string(&options.author);
+    let organization = string(&options.organization);
+    let description = match has_extras(options.schema) {
+        true => format!("'Lattice solid','{VALIDATION_PRACTICE}'"),
+        false => "'Lattice solid'".into(),
+    };
+    let mut text = fill(
+        include_str!("../../step_templates/header.txt"),
+        &[
+            ("description", &description),
+            ("file_name", &string(&options.file_name)),
+            ("time_stamp", &options.time_stamp.to_string()),
+            ("author", &author),
+            ("organization", &organization),
+            ("preprocessor", &string(concat!("lattice-brep ", env!("CARGO_PKG_VERSION")))),
+            ("system", "'lattice-brep'"),
+            ("schema", options.schema.identifier()),
+        ],
+    );
+    let common = |application: &str, protocol: &str, year: &str| {
+        fill(
+            include_str!("../../step_templates/product.txt"),
+            &[("application", application), ("protocol", protocol), ("year", year), ("product", &product)],
+        )
+    };
+    text += &match options.schema {
+        Schema::Ap242 => {
+            common("Managed model based 3d engineering", "ap242_managed_model_based_3d_engineering", "2013")
+        }
+        Schema::Ap214 => common("core data for automotive mechanical design processes", "automotive_design", "2000"),
+        Schema::Ap203 => {
+            let TimeStamp { year, month, day, hour, minute, second } = options.time_stamp;
+            fill(
+                include_str!("../../step_templates/product_ap203.txt"),
+                &[
+                    ("product", &product),
+                    ("author", &author),
+                    ("organization", &organization),
+                    ("date", &format!("{year},{day},{month}")),
+                    ("time", &format!("{hour},{minute},{second}.")),
+                ],
+            )
+        }
+    };
+    let references = |lead: &str, id: &dyn Fn(&Numbers) -> u64| {
+        let list: Vec<_> = numbers.iter().map(|n| format!("#{}", id(n))).collect();
+        if list.is_empty() { String::new() } else { format!("{lead}{}", list.join(",")) }
+    };
+    let solids = references(",", &|n| n.brep);
+    text += &fill(include_str!("../../step_templates/shape.txt"), &[("solids", &solids)]);
+    let uncertainty = real(uncertainty(facts.gap_mm));
+    text += &fill(include_str!("../../step_templates/context.txt"), &[("uncertainty", &uncertainty)]);
+    if has_extras(options.schema) {
+        let [red, green, blue] = options.colour.map(real);
+        text += &fill(
+            include_str!("../../step_templates/appearance.txt"),
+            &[
+                ("styled", &references("", &|n| n.styled)),
+                ("red", &red),
+                ("green", &green),
+                ("blue", &blue),
+            ],
+        );
+        let m = &facts.measure;
+        text += &fill(
+            include_str!("../../step_templates/validation.txt"),
+            &[
+                ("volume", &real(m.volume)),
+                ("area", &real(m.area)),
+                ("centroid", &m.centroid.to_array().map(real).join(",")),
+            ],
+        );
+    }
+    text
+}
+
+/// What the file claims: the power of ten at or above the gap, at least `LEAST_UNCERTAINTY`.
+fn uncertainty(gap: f64) -> f64 {
+    if gap <= LEAST_UNCERTAINTY {
+        return LEAST_UNCERTAINTY;
+    }
+    let exponent = gap.log10().ceil() as i32;
+    // Through text, so that the value is the double nearest to the power.
+    let power = |e: i32| format!("1e{e}").parse::<f64>().expect("a power of ten");
+    if power(exponent) >= gap { power(exponent) } else { power(exponent + 1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uncertainty;
+
+    #[test]
+    fn uncertainty_is_never_below_the_gap() {
+        for (gap, claim) in [(0.0, 1e-7), (1e-7, 1e-7), (1.1e-7, 1e-6), (1e-5, 1e-5), (3e-3, 1e-2)] {
+            assert_eq!(uncertainty(gap), claim);
+        }
+    }
+}
