@@ -19,12 +19,14 @@ struct Args {
 #[derive(Subcommand)]
 enum Command {
     Cell(cli::cell::CellArgs),
+    Export(cli::export::ExportArgs),
     Schema(cli::schema::SchemaArgs),
 }
 
 fn main() -> ExitCode {
     let result = match Args::parse().command {
         Command::Cell(args) => cli::cell::run(&args),
+        Command::Export(args) => cli::export::run(&args),
         Command::Schema(args) => cli::schema::run(&args),
     };
     match result {

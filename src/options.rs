@@ -1,1 +1,33 @@
+//! What a user can ask for, as the pipeline takes it. The doors (command line, later others) fill this in once.
 
+use crate::brep::Caps;
+use crate::node::Fairing;
+use crate::step::StepOptions;
+
+/// Options of one run from graph to STEP text.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// λ of the paper's equation 5: how far cuts reach beyond the least. In (0, 0.5).
+    pub lambda: f64,
+    /// Refinement levels of the film (the paper: 3).
+    pub levels: u32,
+    pub fairing: Fairing,
+    /// Largest distance wanted between a node's patches and its film, in strut radii. Nodes that miss it get more
+    /// control points; those that still miss it are counted in the report.
+    pub tolerance: f64,
+    pub caps: Caps,
+    pub step: StepOptions,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            lambda: 0.3,
+            levels: 3,
+            fairing: Fairing::Ray,
+            tolerance: 0.05,
+            caps: Caps::Flat,
+            step: StepOptions::default(),
+        }
+    }
+}

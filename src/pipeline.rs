@@ -1,1 +1,280 @@
+//! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
+use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surface};
+use crate::error::{Error, Fault, Note};
+use crate::graph::{Graph, Lattice};
+use crate::ids::{NodeId, StrutId};
+use crate::ladder::{self, Built, Degrees, Rung};
+use crate::node::Star;
+use crate::options::Options;
+use crate::patch::Skin;
+use crate::report::{Counts, Lowered, Quality, Report, Rungs, StageTime, Worst};
+use crate::step;
+use rayon::prelude::*;
+use std::io::Write;
+use std::time::Instant;
+
+/// Samples along each patch side in the checks before writing.
+const CHECK_SAMPLES: usize = 5;
+
+/// Largest jumps of the normal that may be written, degrees: rims, inside nodes.
+const MOST_RIM_JUMP: f64 = 0.05;
+const MOST_INNER_JUMP: f64 = 0.1;
+
+/// Largest gap that may be written, in strut radii. The construction leaves round-off.
+const MOST_GAP: f64 = 1e-9;
+
+/// Told about progress, from any thread.
+pub trait Progress: Sync {
+    /// A stage begins; `total` steps of `unit`, 0 where the number is not known.
+    fn stage(&self, name: &str, total: u64, unit: &str);
+    fn advance(&self, steps: u64);
+}
+
+/// No progress shown.
+pub struct Silent;
+
+impl Progress for Silent {
+    fn stage(&self, _: &str, _: u64, _: &str) {}
+    fn advance(&self, _: u64) {}
+}
+
+/// A solid that passed every check, ready to be written, and its report (without the writing).
+pub struct Solved {
+    pub model: Model,
+    facts: step::Facts,
+    pub report: Report,
+}
+
+/// From a checked lattice to checked solids.
+pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> Result<Solved, Error> {
+    let mut clock = Clock::default();
+    let graph = &lattice.graph;
+    let stars = clock.time("cuts", || stars(graph, options))?;
+
+    progress.stage("nodes", graph.used_nodes().count() as u64, "nodes");
+    let built = clock.time("nodes", || build_nodes(graph, stars, options, progress))?;
+
+    progress.stage("solids", 0, "");
+    let (skins, facts_of_nodes): (Vec<Option<Skin>>, Vec<Option<NodeFacts>>) = built.into_iter().map(|b| b.map(NodeFacts::split).unzip()).unzip();
+    let assemble = AssembleOptions { caps: options.caps };
+    let model = clock.time("assembly", || brep::assemble(graph, &skins, &assemble)).map_err(internal)?;
+    drop(skins);
+
+    progress.stage("checks", 0, "");
+    let rungs = rungs(graph, &facts_of_nodes);
+    let sharp: Vec<NodeId> = rungs.sharp.iter().map(|l| l.node).collect();
+    let radius = graph.struts().iter().map(|s| s.ra).fold(0.0, f64::max);
+    let quality = clock.time("checks", || {
+        brep::check_topology(&model).map_err(internal)?;
+        let quality = brep::quality(&model, CHECK_SAMPLES, &sharp);
+        let limits = QualityLimits { rim_jump_deg: MOST_RIM_JUMP, inner_jump_deg: MOST_INNER_JUMP, gap_mm: MOST_GAP * radius, facing: 0.0 };
+        quality.check(&limits).map_err(internal)?;
+        Ok(quality)
+    })?;
+    let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
+    let measure = brep::measure_total(measures.into_iter());
+    let worst = |w: &brep::Worst| Worst { value: w.value, place: w.to_string() };
+    let fit = fit_facts(&facts_of_nodes, options.tolerance);
+    let report = Report {
+        program: concat!("lattice-brep ", env!("CARGO_PKG_VERSION")).into(),
+        counts: counts(&model),
+        volume_mm3: measure.volume,
+        area_mm2: measure.area,
+        centroid_mm: measure.centroid.to_array(),
+        quality: Quality {
+            inner_jump_deg: worst(&quality.inner_jump_deg),
+            rim_jump_deg: worst(&quality.rim_jump_deg),
+            gap_mm: worst(&quality.gap_mm),
+            facing: worst(&quality.facing),
+            deviation_radii: fit.worst,
+            mean_deviation_radii: fit.mean,
+            over_tolerance: fit.over,
+        },
+        rungs,
+        changes: lattice.notes.clone(),
+        bytes: 0,
+        stages: clock.stages,
+    };
+    let facts = step::Facts { measure, gap_mm: quality.gap_mm.value };
+    Ok(Solved { model, facts, report })
+}
+
+/// Write the solids as STEP; adds size and time to the report.
+pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progress: &dyn Progress) -> std::io::Result<()> {
+    progress.stage("writing", 0, "");
+    let start = Instant::now();
+    let mut out = Counting { inner: out, bytes: 0 };
+    step::write(&solved.model, &solved.facts, &options.step, &mut out).map_err(std::io::Error::other)?;
+    solved.report.bytes = out.bytes;
+    solved.report.stages.push(StageTime { stage: "writing".into(), seconds: start.elapsed().as_secs_f64() });
+    Ok(())
+}
+
+/// Directions and cuts of all nodes, by `NodeId`; refused with all struts that are too short for their cuts.
+fn stars(graph: &Graph, options: &Options) -> Result<Vec<Star>, Error> {
+    let stars: Vec<Star> = graph.node_ids().collect::<Vec<_>>().into_par_iter().map(|n| ladder::star(graph, n, options)).collect();
+    let mut cuts = vec![[0.0; 2]; graph.struts().len()];
+    for node in graph.node_ids() {
+        for (arm, cut) in graph.arms(node).iter().zip(&stars[node.index()].cuts) {
+            cuts[arm.strut.index()][arm.end as usize] = cut * graph.radius(*arm);
+        }
+    }
+    let mut faults = Vec::new();
+    for (k, [a, b]) in cuts.into_iter().enumerate() {
+        let length = graph.length(StrutId(k as u32));
+        if a + b >= length {
+            let radius = graph.struts()[k].ra;
+            faults.push(Fault::new(
+                format!("struts[{k}]"),
+                format!("cuts of {a:.6} mm and {b:.6} mm on a length of {length:.6} mm"),
+                format!("cuts that leave some strut between them: a radius below {:.6} mm (it is {radius} mm), or a smaller --lambda", radius * length / (a + b)),
+            ));
+        }
+    }
+    Error::unless_empty(faults)?;
+    Ok(stars)
+}
+
+fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dyn Progress) -> Result<Vec<Option<Built>>, Error> {
+    let degrees = Degrees::new();
+    let built: Vec<Option<Result<Built, Vec<String>>>> = stars
+        .into_par_iter()
+        .map(|star| {
+            if star.degree() == 0 {
+                return None;
+            }
+            let built = ladder::build(star, options, &degrees);
+            progress.advance(1);
+            Some(built)
+        })
+        .collect();
+    let mut reasons = Vec::new();
+    for (n, b) in built.iter().enumerate() {
+        if let Some(Err(why)) = b {
+            let struts: Vec<String> = graph.arms(NodeId(n as u32)).iter().map(|a| a.strut.0.to_string()).collect();
+            reasons.push(format!("node {n} (struts {}): {}", struts.join(", "), why.join("; ")));
+        }
+    }
+    if !reasons.is_empty() {
+        return Err(Error::CannotBuild { reasons });
+    }
+    Ok(built.into_iter().map(|b| b.and_then(Result::ok)).collect())
+}
+
+/// What the report keeps of a built node.
+struct NodeFacts {
+    rung: Rung,
+    reasons: Vec<String>,
+    deviation: f64,
+    mean_deviation: f64,
+}
+
+impl NodeFacts {
+    fn split(built: Built) -> (Skin, NodeFacts) {
+        let Built { skin, rung, quality, reasons } = built;
+        (skin, NodeFacts { rung, reasons, deviation: quality.deviation, mean_deviation: quality.mean_deviation })
+    }
+}
+
+fn rungs(graph: &Graph, facts: &[Option<NodeFacts>]) -> Rungs {
+    let mut rungs = Rungs::default();
+    for (n, fact) in facts.iter().enumerate() {
+        let Some(fact) = fact else { continue };
+        let node = NodeId(n as u32);
+        let lowered = || Lowered { node, degree: graph.degree(node), reasons: fact.reasons.clone() };
+        match fact.rung {
+            Rung::End => {}
+            Rung::SoapFilm => rungs.soap_film += 1,
+            Rung::LevelSet => rungs.level_set.push(lowered()),
+            Rung::MoreControl => rungs.more_control.push(lowered()),
+            Rung::Sharp => rungs.sharp.push(lowered()),
+        }
+    }
+    rungs
+}
+
+struct FitFacts {
+    worst: Worst,
+    mean: f64,
+    over: usize,
+}
+
+fn fit_facts(facts: &[Option<NodeFacts>], tolerance: f64) -> FitFacts {
+    let mut out = FitFacts { worst: Worst { value: 0.0, place: "nowhere".into() }, mean: 0.0, over: 0 };
+    let mut count = 0.0;
+    for (n, fact) in facts.iter().enumerate() {
+        let Some(fact) = fact.as_ref().filter(|f| f.rung != Rung::End && f.rung != Rung::Sharp) else { continue };
+        if fact.deviation > out.worst.value {
+            out.worst = Worst { value: fact.deviation, place: format!("node_{n}") };
+        }
+        out.mean += fact.mean_deviation;
+        out.over += usize::from(fact.deviation > tolerance);
+        count += 1.0;
+    }
+    out.mean /= f64::max(count, 1.0);
+    out
+}
+
+fn counts(model: &Model) -> Counts {
+    let mut counts = Counts { components: model.solids.len(), ..Counts::default() };
+    for solid in &model.solids {
+        counts.nodes += solid.nodes.len();
+        counts.struts += solid.struts.len();
+        counts.circles += solid.circles.len();
+        let c = brep::Counts::of(solid);
+        counts.faces += c.faces;
+        counts.edges += c.edges;
+        counts.vertices += c.vertices;
+        for face in solid.faces() {
+            match face.surface {
+                Surface::Cylinder(_) => counts.cylinders += 1,
+                Surface::Spline(_) => counts.patches += 1,
+                Surface::Plane { .. } | Surface::Sphere { .. } => counts.caps += 1,
+            }
+        }
+    }
+    counts.genus = counts.struts as i64 - counts.nodes as i64 + counts.components as i64;
+    counts
+}
+
+/// Our own checks failed on our own work.
+fn internal(faults: Vec<BrepError>) -> Error {
+    Error::Internal(faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
+}
+
+#[derive(Default)]
+struct Clock {
+    stages: Vec<StageTime>,
+}
+
+impl Clock {
+    fn time<T>(&mut self, stage: &str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let out = work();
+        self.stages.push(StageTime { stage: stage.into(), seconds: start.elapsed().as_secs_f64() });
+        out
+    }
+}
+
+struct Counting<'a> {
+    inner: &'a mut dyn Write,
+    bytes: u64,
+}
+
+impl Write for Counting<'_> {
+    fn write(&mut self, buf: &[u8]) -> std::io::Result<usize> {
+        let n = self.inner.write(buf)?;
+        self.bytes += n as u64;
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+/// A note on what a crop changed.
+pub fn crop_note(before: &Graph, after: &Graph) -> Note {
+    Note::new("document", format!("cropped: {} of {} struts kept", after.struts().len(), before.struts().len()))
+}

@@ -1,1 +1,109 @@
+//! What a run found and made, for people and for programs. Lengths in mm unless a name says otherwise.
 
+use crate::error::Note;
+use crate::ids::NodeId;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// The whole report (`--report`).
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Report {
+    /// Program and version.
+    pub program: String,
+    pub counts: Counts,
+    pub volume_mm3: f64,
+    pub area_mm2: f64,
+    pub centroid_mm: [f64; 3],
+    pub quality: Quality,
+    pub rungs: Rungs,
+    /// Everything changed in the input or left out of it.
+    pub changes: Vec<Note>,
+    /// Size of the STEP text.
+    pub bytes: u64,
+    pub stages: Vec<StageTime>,
+}
+
+/// How much there is of everything.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Counts {
+    /// Nodes with at least one strut.
+    pub nodes: usize,
+    pub struts: usize,
+    pub faces: usize,
+    /// Cylindrical faces: one per strut.
+    pub cylinders: usize,
+    /// Spline faces.
+    pub patches: usize,
+    /// Faces that close degree-1 ends.
+    pub caps: usize,
+    /// Rim circles: two per strut.
+    pub circles: usize,
+    pub edges: usize,
+    pub vertices: usize,
+    /// Connected components: one solid each.
+    pub components: usize,
+    /// Sum of the solids' genera: struts - nodes + components.
+    pub genus: i64,
+}
+
+/// A figure and where it was found.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Worst {
+    pub value: f64,
+    /// Names as in the STEP file, such as `node_12/strut_7/1`.
+    pub place: String,
+}
+
+/// The worst figures of the solid, sampled along all edges and inside all patches.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Quality {
+    /// Largest angle between the normals of two patches at their common edge, degrees. Sharp nodes apart.
+    pub inner_jump_deg: Worst,
+    /// Largest angle between patch and strut at a rim, degrees.
+    pub rim_jump_deg: Worst,
+    /// Largest distance between a border and its edge curve or circle, mm.
+    pub gap_mm: Worst,
+    /// Least cosine between a patch's normal and the ray from its node; below 0 it would be folded.
+    pub facing: Worst,
+    /// Largest distance between patches and film, in strut radii.
+    pub deviation_radii: Worst,
+    /// Mean over nodes of the mean distance between patches and film, in strut radii.
+    pub mean_deviation_radii: f64,
+    /// Nodes whose patches stay further from their film than the tolerance asks.
+    pub over_tolerance: usize,
+}
+
+/// How the nodes were built, from the best way down. Degree-1 ends need no building and are not counted.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+pub struct Rungs {
+    /// Soap film, exactly tangent-continuous patches.
+    pub soap_film: usize,
+    /// Level-set film, exactly tangent-continuous patches.
+    pub level_set: Vec<Lowered>,
+    /// Level-set film, exactly tangent-continuous patches with more control points.
+    pub more_control: Vec<Lowered>,
+    /// The struts' own cylinders meeting in sharp creases: tangency dropped inside the node, kept at the rims.
+    pub sharp: Vec<Lowered>,
+}
+
+/// A node below the first rung.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Lowered {
+    pub node: NodeId,
+    /// Number of struts.
+    pub degree: usize,
+    /// Why each higher rung failed.
+    pub reasons: Vec<String>,
+}
+
+/// Wall-clock time of one stage.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct StageTime {
+    pub stage: String,
+    pub seconds: f64,
+}
+
+/// The JSON Schema of the report.
+pub fn schema() -> String {
+    serde_json::to_string_pretty(&schemars::schema_for!(Report)).expect("a schema is plain JSON")
+}

@@ -61,7 +61,7 @@ fn a_row_of_tubes_is_one_cylinder() {
     assert!(m.centroid.distance(middle) < 1e-12);
     assert_eq!(solid.labels.len(), 6 + 2 * (4 + 4 + 5 + 5 + 3) + 2);
     assert_eq!(solid.circles.len(), 12);
-    let q = quality(&model, 9);
+    let q = quality(&model, 9, &[]);
     assert!(q.gap_mm.value < 1e-14 && q.rim_jump_deg.value < 1e-12 && q.inner_jump_deg.value < 1e-12, "{q:?}");
     assert!(q.facing.value > 0.8, "{q:?}");
     let limits = QualityLimits { rim_jump_deg: 1e-9, inner_jump_deg: 1e-9, gap_mm: 1e-12, facing: 0.0 };
@@ -210,7 +210,7 @@ fn gaps_jumps_and_folds_are_found_where_they_are() {
     let found = |change: &dyn Fn(&mut Skin)| {
         let mut case = long();
         change(case.1[2].as_mut().unwrap());
-        let q = quality(&assemble(&case.0, &case.1, &AssembleOptions::default()).unwrap(), 9);
+        let q = quality(&assemble(&case.0, &case.1, &AssembleOptions::default()).unwrap(), 9, &[]);
         (q, q.check(&limits).unwrap_err())
     };
     // A middle control point of the inner circle, in one patch alone: gap and jump.

@@ -22,7 +22,7 @@ fn single(caps: Caps) -> Model {
 
 fn text(model: &Model, options: &StepOptions) -> String {
     let measure = measure::total(model.solids.iter().map(|s| measure(s).unwrap()));
-    let facts = Facts { measure, gap_mm: quality(model, 9).gap_mm.value };
+    let facts = Facts { measure, gap_mm: quality(model, 9, &[]).gap_mm.value };
     let mut out = vec![];
     write(model, &facts, options, &mut out).unwrap();
     String::from_utf8(out).unwrap()

@@ -3,6 +3,7 @@
 
 use super::error::BrepError;
 use super::model::{Curve, Label, Model, Solid, Surface};
+use crate::ids::NodeId;
 use crate::math::nurbs::{Jet1, NurbsSurface};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -106,14 +107,20 @@ impl Quality {
 }
 
 /// Sample a model: `samples` points on every patch side (ends included, at least 2), their square
-/// inside every patch.
-pub fn quality(model: &Model, samples: usize) -> Quality {
+/// inside every patch. Creases inside the `sharp` nodes (ascending) are meant to be there: their jumps do not count.
+pub fn quality(model: &Model, samples: usize, sharp: &[NodeId]) -> Quality {
     let samples = samples.max(2);
     let of_solid = |solid: &Solid| {
         let ranges = solid.node_faces();
         let nodes: Vec<Quality> = (0..solid.nodes.len())
             .into_par_iter()
-            .map(|n| node_quality(solid, n, ranges[n].clone(), samples))
+            .map(|n| {
+                let mut quality = node_quality(solid, n, ranges[n].clone(), samples);
+                if sharp.binary_search(&solid.nodes[n]).is_ok() {
+                    quality.inner_jump_deg = Worst::NONE;
+                }
+                quality
+            })
             .collect();
         nodes.into_iter().fold(Quality::none(), Quality::merge)
     };

@@ -14,8 +14,8 @@ pub mod seam;
 pub mod topology;
 
 pub use assemble::{AssembleOptions, Caps, assemble};
-pub use continuity::{Quality, QualityLimits, quality};
+pub use continuity::{Quality, QualityLimits, Worst, quality};
 pub use error::BrepError;
-pub use measure::{Measure, measure};
+pub use measure::{Measure, measure, total as measure_total};
 pub use model::{Circle, Curve, Label, Model, Solid, SplineCurve, SplineSurface, Surface};
 pub use topology::{Counts, check_topology};

@@ -99,17 +99,25 @@ pub const MOST_JUMP: f64 = 0.05;
 /// Largest distance between skin and film, in node radii: beyond it the skin is another shape.
 pub const MOST_DEVIATION: f64 = 0.5;
 
-/// Whether a skin may leave the patch layer.
+/// Whether a smooth skin may leave the patch layer.
 pub fn accept(q: &Quality) -> Result<(), String> {
-    // written so that a NaN fails
-    if !(q.facing > 0.0) {
-        return Err(format!("the skin folds (least cosine between normal and ray {:.3}, must be positive)", q.facing));
-    }
-    if !(q.jump.max(q.rim_jump) <= MOST_JUMP) {
-        return Err(format!("the skin has a normal jump of {:.3}° (largest allowed {MOST_JUMP}°)", q.jump.max(q.rim_jump)));
+    // limits are written so that a NaN fails
+    if !(q.jump <= MOST_JUMP) {
+        return Err(format!("the skin has a normal jump of {:.3}° (largest allowed {MOST_JUMP}°)", q.jump));
     }
     if !(q.deviation <= MOST_DEVIATION) {
         return Err(format!("the skin is {:.3} radii from its film (largest allowed {MOST_DEVIATION})", q.deviation));
+    }
+    accept_sharp(q)
+}
+
+/// Whether a sharp skin may leave the patch layer: smooth at the rims, and not folded.
+pub fn accept_sharp(q: &Quality) -> Result<(), String> {
+    if !(q.facing > 0.0) {
+        return Err(format!("the skin folds (least cosine between normal and ray {:.3}, must be positive)", q.facing));
+    }
+    if !(q.rim_jump <= MOST_JUMP) {
+        return Err(format!("the skin leaves its strut at {:.3}° (largest allowed {MOST_JUMP}°)", q.rim_jump));
     }
     Ok(())
 }

@@ -144,6 +144,21 @@ impl SectorProblem {
     }
 }
 
+/// No fit at all: each sector the cylinder of its strut, w = w2.
+pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
+    let n = tables.p + 1;
+    let w2 = |index: usize| -> Vec<f64> {
+        let map = SectorMap::new(layout, index);
+        tables.interpolation.coefficients(&tables.interpolation.nodes.iter().map(|&s| 1.0 + map.t(s).powi(2)).collect::<Vec<_>>())
+    };
+    Fit {
+        sectors: (0..layout.sectors.len()).map(|k| w2(k).into_iter().flat_map(|w| std::iter::repeat_n(w, n)).collect()).collect(),
+        creases: (0..layout.creases.len()).map(|k| w2(2 * k)).collect(),
+        radials: vec![vec![1.0; n]; layout.radials.len()],
+        corners: vec![1.0; layout.corners.len()],
+    }
+}
+
 /// All coefficients of a sector as forms of (constant, start jet, end jet, crease, start radial, end radial, inner).
 fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, crease: &CreaseForms, radials: [&RadialForms; 2]) -> Vec<Form> {
     let p = tables.p;

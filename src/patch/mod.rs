@@ -96,3 +96,12 @@ pub fn fit(film: &Film, tables: &forms::Tables) -> Result<Fitted, String> {
     }
     Err(reason)
 }
+
+/// The last rung before refusal: every sector keeps its strut's own cylinder up to the cell side (w = w2), so struts
+/// meet in sharp creases. Tangent to the struts, closed and free of folds, but not smooth inside the node.
+pub fn sharp(film: &Film, tables: &forms::Tables) -> Result<Fitted, String> {
+    let layout = layout::Layout::new(&film.star, &film.cells)?;
+    let skin = skin::skin(tables, &layout, &fit::cylinders(tables, &layout))?;
+    let quality = check::measure(&skin, film);
+    check::accept_sharp(&quality).map(|()| Fitted { skin, quality })
+}

@@ -1,0 +1,274 @@
+//! `lattice-brep export`: arguments ▶ options ▶ pipeline ▶ file.
+
+use crate::cli::output;
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use lattice_brep::brep::Caps;
+use lattice_brep::error::{Error, Fault};
+use lattice_brep::graph::{self, Lattice, check::Overlaps, crop::crop};
+use lattice_brep::node::Fairing;
+use lattice_brep::options::Options;
+use lattice_brep::pipeline::{self, Progress};
+use lattice_brep::report::Report;
+use lattice_brep::step::{Schema, StepOptions, TimeStamp};
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// Build the solid of a lattice graph and write it as STEP
+#[derive(Args)]
+#[command(after_help = "Examples:
+  lattice-brep cell bcc --size 10 --repeat 2x2x2 --radius 0.5 -o bcc.json
+  lattice-brep export bcc.json                       writes bcc.step
+  lattice-brep export part.json -o part.step --report part.report.json
+  lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
+
+Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
+pub struct ExportArgs {
+    /// Lattice graph, JSON form (see `lattice-brep schema`)
+    input: PathBuf,
+    /// STEP file to write [default: the input's name with .step]
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Write a report (JSON): counts, volume, continuity, how each node was built, times
+    #[arg(long)]
+    report: Option<PathBuf>,
+    /// How far cuts reach beyond the least cut, as a part of it: between 0 and 0.5
+    #[arg(long, default_value_t = 0.3)]
+    lambda: f64,
+    /// Refinement levels of each node's film: 0 to 5
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=5))]
+    levels: u32,
+    /// Distance wanted between patches and film, in strut radii; nodes that miss it get more control points
+    #[arg(long, default_value_t = 0.05)]
+    tolerance: f64,
+    /// How films are faired: `ray` keeps vertices on their rays; `paper` is the paper's own, which folds more often
+    #[arg(long, value_enum, default_value_t = FairingArg::Ray)]
+    fairing: FairingArg,
+    /// How struts end at nodes of degree 1
+    #[arg(long, value_enum, default_value_t = CapsArg::Flat)]
+    caps: CapsArg,
+    /// STEP schema
+    #[arg(long, value_enum, default_value_t = SchemaArg::Ap242)]
+    schema: SchemaArg,
+    /// Build just the part inside a box (mm): xmin,ymin,zmin:xmax,ymax,zmax. Struts cut by it become free ends
+    #[arg(long, value_parser = parse_box, allow_hyphen_values = true)]
+    crop: Option<[DVec3; 2]>,
+    /// Struts that share no node and are nearer than their radii: refuse them, or keep them (the solid then crosses
+    /// itself there, and the report says where)
+    #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
+    overlaps: OverlapsArg,
+    /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
+    #[arg(long)]
+    time_stamp: Option<TimeStamp>,
+    /// Threads [default: all cores]; the file does not depend on it
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum CapsArg {
+    Flat,
+    Sphere,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FairingArg {
+    Ray,
+    Paper,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SchemaArg {
+    Ap242,
+    Ap214,
+    Ap203,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum OverlapsArg {
+    Refuse,
+    Keep,
+}
+
+fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
+    let wanted = || format!("found `{text}`, wanted xmin,ymin,zmin:xmax,ymax,zmax in mm, each min below its max");
+    let point = |part: &str| -> Option<DVec3> {
+        let numbers: Vec<f64> = part.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect::<Option<_>>()?;
+        <[f64; 3]>::try_from(numbers).ok().map(DVec3::from)
+    };
+    let (min, max) = text.split_once(':').ok_or_else(wanted)?;
+    match (point(min), point(max)) {
+        (Some(min), Some(max)) if min.cmplt(max).all() => Ok([min, max]),
+        _ => Err(wanted()),
+    }
+}
+
+pub fn run(args: &ExportArgs) -> Result<(), Error> {
+    let options = options(args)?;
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
+    }
+    let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
+    let bytes = std::fs::read(&args.input).map_err(Error::io(&args.input))?;
+    let overlaps = match args.overlaps {
+        OverlapsArg::Refuse => Overlaps::Refuse,
+        OverlapsArg::Keep => Overlaps::Keep,
+    };
+    let mut lattice = match args.crop {
+        // overlaps outside the box do not matter: they are judged after the crop
+        Some(_) => graph::read_with(&bytes, Overlaps::Keep)?,
+        None => graph::read_with(&bytes, overlaps)?,
+    };
+    if let Some([min, max]) = args.crop {
+        lattice = cropped(lattice, min, max, overlaps)?;
+    }
+    let progress = Bar::new(args.quiet);
+    let mut solved = pipeline::solve(&lattice, &options, &progress)?;
+    output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
+    progress.finish();
+    if let Some(path) = &args.report {
+        output::write(Some(path), |out| {
+            serde_json::to_writer_pretty(&mut *out, &solved.report)?;
+            writeln!(out)
+        })?;
+    }
+    if !args.quiet {
+        eprint!("{}", summary(&solved.report, &output));
+    }
+    Ok(())
+}
+
+fn options(args: &ExportArgs) -> Result<Options, Error> {
+    let mut faults = Vec::new();
+    if !(args.lambda > 0.0 && args.lambda < 0.5) {
+        faults.push(Fault::new("--lambda", args.lambda.to_string(), "a number between 0 and 0.5, both excluded"));
+    }
+    if !(args.tolerance > 0.0) {
+        faults.push(Fault::new("--tolerance", args.tolerance.to_string(), "a number above 0, in strut radii"));
+    }
+    if args.threads == Some(0) {
+        faults.push(Fault::new("--threads", "0", "at least 1"));
+    }
+    Error::unless_empty(faults)?;
+    let name = args.input.file_stem().map_or("lattice".into(), |s| s.to_string_lossy().into_owned());
+    let file = args.output.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
+    Ok(Options {
+        lambda: args.lambda,
+        levels: args.levels,
+        fairing: match args.fairing {
+            FairingArg::Ray => Fairing::Ray,
+            FairingArg::Paper => Fairing::Paper,
+        },
+        tolerance: args.tolerance,
+        caps: match args.caps {
+            CapsArg::Flat => Caps::Flat,
+            CapsArg::Sphere => Caps::Sphere,
+        },
+        step: StepOptions {
+            schema: match args.schema {
+                SchemaArg::Ap242 => Schema::Ap242,
+                SchemaArg::Ap214 => Schema::Ap214,
+                SchemaArg::Ap203 => Schema::Ap203,
+            },
+            time_stamp: args.time_stamp.unwrap_or_default(),
+            product: if name.is_empty() { "lattice".into() } else { name },
+            file_name: file,
+            decimals: Some(12),
+            ..StepOptions::default()
+        },
+    })
+}
+
+fn cropped(lattice: Lattice, min: DVec3, max: DVec3, overlaps: Overlaps) -> Result<Lattice, Error> {
+    let part = crop(&lattice.graph, min, max).graph;
+    if part.struts().is_empty() {
+        return Err(Error::BadInput(vec![Fault::new("--crop", "a box that holds no node", "a box around at least one node")]));
+    }
+    let mut notes = vec![pipeline::crop_note(&lattice.graph, &part)];
+    for miss in graph::proximity::near_misses(&part) {
+        match overlaps {
+            Overlaps::Refuse => return Err(Error::BadInput(graph::proximity::near_misses(&part).iter().map(|m| m.fault()).collect())),
+            Overlaps::Keep => notes.push(miss.note()),
+        }
+    }
+    Ok(Lattice { name: lattice.name, graph: part, notes })
+}
+
+/// What a person wants to know at the end.
+fn summary(report: &Report, path: &std::path::Path) -> String {
+    let (c, q, r) = (&report.counts, &report.quality, &report.rungs);
+    let mut text = format!(
+        "{}: {} solid{}, {} struts, {} nodes, {} faces ({} cylinders, {} patches, {} caps), {:.1} MB\n",
+        path.display(),
+        c.components,
+        if c.components == 1 { "" } else { "s" },
+        c.struts,
+        c.nodes,
+        c.faces,
+        c.cylinders,
+        c.patches,
+        c.caps,
+        report.bytes as f64 / 1e6
+    );
+    text += &format!("volume {:.6} mm³, area {:.6} mm²\n", report.volume_mm3, report.area_mm2);
+    text += &format!(
+        "largest normal jump {:.1e}° inside nodes, {:.1e}° at rims; largest gap {:.1e} mm; patches within {:.3} radii of their films ({})\n",
+        q.inner_jump_deg.value, q.rim_jump_deg.value, q.gap_mm.value, q.deviation_radii.value, q.deviation_radii.place
+    );
+    for (list, what) in [(&r.level_set, "from the level-set film"), (&r.more_control, "from the level-set film with more control points"), (&r.sharp, "SHARP inside (tangent to their struts only)")] {
+        if !list.is_empty() {
+            let some: Vec<String> = list.iter().take(8).map(|l| l.node.0.to_string()).collect();
+            text += &format!("{} nodes built {what}: {}{}\n", list.len(), some.join(", "), if list.len() > 8 { ", ..." } else { "" });
+        }
+    }
+    for note in report.changes.iter().take(10) {
+        text += &format!("note: {note}\n");
+    }
+    if report.changes.len() > 10 {
+        text += &format!("... and {} more notes (see --report)\n", report.changes.len() - 10);
+    }
+    text
+}
+
+/// A progress bar on a terminal, nothing on a pipe.
+struct Bar {
+    bar: Mutex<ProgressBar>,
+    quiet: bool,
+}
+
+impl Bar {
+    fn new(quiet: bool) -> Self {
+        Bar { bar: Mutex::new(ProgressBar::hidden()), quiet }
+    }
+
+    fn finish(&self) {
+        self.bar.lock().expect("progress bar").finish_and_clear();
+    }
+}
+
+impl Progress for Bar {
+    fn stage(&self, name: &str, total: u64, unit: &str) {
+        if self.quiet {
+            return;
+        }
+        let style = match total {
+            0 => "{msg:8} {elapsed:>4}".to_string(),
+            _ => format!("{{msg:8}} {{wide_bar}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left"),
+        };
+        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+        bar.set_style(ProgressStyle::with_template(&style).expect("a fixed template"));
+        bar.set_message(name.to_string());
+        bar.tick();
+        let mut slot = self.bar.lock().expect("progress bar");
+        slot.finish_and_clear();
+        *slot = bar;
+    }
+
+    fn advance(&self, steps: u64) {
+        self.bar.lock().expect("progress bar").inc(steps);
+    }
+}

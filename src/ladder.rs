@@ -1,0 +1,108 @@
+//! The ladder: how one node is built, and what is tried next when a node's checks fail. No rung is taken silently.
+//!
+//! Soap film ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused.
+
+use crate::graph::Graph;
+use crate::ids::NodeId;
+use crate::node::{Film, Method, Star, cut};
+use crate::options::Options;
+use crate::patch::check::Quality;
+use crate::patch::forms::Tables;
+use crate::patch::{self, Fitted, Rim, Skin};
+
+/// Degree of the patches, and of those with more control points.
+const DEGREE: usize = 6;
+const MORE_DEGREE: usize = 8;
+
+/// Tables for both degrees, made once per run.
+pub struct Degrees {
+    usual: Tables,
+    more: Tables,
+}
+
+impl Degrees {
+    pub fn new() -> Self {
+        Degrees { usual: Tables::new(DEGREE), more: Tables::new(MORE_DEGREE) }
+    }
+}
+
+impl Default for Degrees {
+    fn default() -> Self {
+        Degrees::new()
+    }
+}
+
+/// The way a node was built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rung {
+    /// A degree-1 end: no skin.
+    End,
+    SoapFilm,
+    LevelSet,
+    MoreControl,
+    Sharp,
+}
+
+/// A node that was built.
+pub struct Built {
+    pub skin: Skin,
+    pub rung: Rung,
+    pub quality: Quality,
+    /// Why each higher rung failed.
+    pub reasons: Vec<String>,
+}
+
+/// The star of a node: its directions, and the cuts of equations 3-5 in node radii.
+pub fn star(graph: &Graph, node: NodeId, options: &Options) -> Star {
+    let axes = Star::directions(graph, node);
+    let cuts = cut::cuts(&axes, options.lambda);
+    Star { axes, cuts }
+}
+
+/// Build one node with at least one strut; on failure the reasons, one for each rung.
+pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {
+    if star.degree() == 1 {
+        let rims = vec![Rim { axis: star.axes[0], cut: 0.0, radius: 1.0, arcs: vec![] }];
+        return Ok(Built { skin: Skin { rims, ..Skin::default() }, rung: Rung::End, quality: Quality::default(), reasons: vec![] });
+    }
+    let mut reasons = Vec::new();
+    let film = |method| Film::build(star.clone(), method, options.fairing, options.levels);
+    match film(Method::SoapFilm).and_then(|film| smooth(&film, options, degrees)) {
+        Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
+        Err(e) => reasons.push(format!("soap film: {e}")),
+    }
+    match film(Method::LevelSet) {
+        Ok(film) => {
+            for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
+                match patch::fit(&film, tables) {
+                    Ok(fitted) => return Ok(built(fitted, rung, reasons)),
+                    Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.p)),
+                }
+            }
+            match patch::sharp(&film, &degrees.usual) {
+                Ok(fitted) => return Ok(built(fitted, Rung::Sharp, reasons)),
+                Err(e) => reasons.push(format!("sharp: {e}")),
+            }
+        }
+        Err(e) => reasons.push(format!("level-set film: {e}")),
+    }
+    Err(reasons)
+}
+
+/// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer.
+fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
+    let usual = patch::fit(film, &degrees.usual);
+    if usual.as_ref().is_ok_and(|f| f.quality.deviation <= options.tolerance) {
+        return usual;
+    }
+    let more = patch::fit(film, &degrees.more);
+    match (usual, more) {
+        (Ok(usual), Ok(more)) => Ok(if more.quality.deviation < usual.quality.deviation { more } else { usual }),
+        (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
+        (Err(e), Err(_)) => Err(e),
+    }
+}
+
+fn built(fitted: Fitted, rung: Rung, reasons: Vec<String>) -> Built {
+    Built { skin: fitted.skin, rung, quality: fitted.quality, reasons }
+}
