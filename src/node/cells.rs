@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 /// Corners nearer than this (radians) are one corner. Below it a sector is thinner than readers' tolerance on
 /// usual models; the skin's tangent planes are then off by up to about this angle, far below 0.1°.
-pub const SNAP: f64 = 1e-4;
+pub const SNAP: f64 = 5e-5;
 
 /// No arc of a side is wider than this (radians): wider ones are split by extra corners. One rational patch
 /// then spans at most a third of a turn.

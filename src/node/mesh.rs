@@ -46,9 +46,37 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     pub triangles: Triangles,
     pub twins: Vec<u32>,
+    /// Per cell of a cube map of directions: a facet seen there, or `NONE`. Rays start their walk from it.
+    starts: Vec<u32>,
+}
+
+/// Cells along each edge of the cube map.
+const GRID: usize = 16;
+
+/// The cube map cell of a direction.
+fn cell(u: DVec3) -> usize {
+    let m = u.abs();
+    let (face, a, b, c) = if m.x >= m.y && m.x >= m.z {
+        (usize::from(u.x < 0.0), u.y, u.z, m.x)
+    } else if m.y >= m.z {
+        (2 + usize::from(u.y < 0.0), u.z, u.x, m.y)
+    } else {
+        (4 + usize::from(u.z < 0.0), u.x, u.y, m.z)
+    };
+    let place = |x: f64| ((0.5 + 0.5 * x / c) * GRID as f64).clamp(0.0, GRID as f64 - 1.0) as usize;
+    (face * GRID + place(a)) * GRID + place(b)
 }
 
 impl Mesh {
+    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, triangles: Triangles, twins: Vec<u32>) -> Mesh {
+        let mut starts = vec![NONE; 6 * GRID * GRID];
+        // facets come in families of 4^levels neighbours: one in eight is enough to hit every cell that matters
+        for (f, t) in triangles.0.iter().enumerate().step_by(8) {
+            starts[cell(points[t[0] as usize])] = f as u32;
+        }
+        Mesh { points, normals, triangles, twins, starts }
+    }
+
     /// Least cosine between a facet's normal and the ray from the node to it (negative: the film is folded there),
     /// and the number of facets turned away from the node.
     pub fn facing(&self) -> (f64, usize) {
@@ -79,7 +107,11 @@ impl<'a> Caster<'a> {
     /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
-        let face = self.walk(u).or_else(|| self.search(u))?;
+        let known = self.mesh.starts[cell(u)];
+        let known = if known == NONE { self.at } else { known as usize };
+        let near = self.mesh.points[self.mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
+        let (first, second) = if near { (self.at, known) } else { (known, self.at) };
+        let face = self.walk(first, u).or_else(|| self.walk(second, u)).or_else(|| self.search(u))?;
         self.at = face;
         let t = self.mesh.triangles.0[face].map(|v| v as usize);
         let [a, b, c] = t.map(|v| self.mesh.points[v]);
@@ -100,17 +132,17 @@ impl<'a> Caster<'a> {
         Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
     }
 
-    fn walk(&self, u: DVec3) -> Option<usize> {
+    /// Walk towards the ray, from the last hit or from the facet that the cube map knows near the ray.
+    fn walk(&self, mut face: usize, u: DVec3) -> Option<usize> {
+        const MOST_STEPS: usize = 200;
         let mesh = self.mesh;
-        let mut face = self.at;
         let mut from = NONE;
-        for _ in 0..400 {
-            let t = mesh.triangles.0[face];
+        for _ in 0..MOST_STEPS {
+            let [a, b, c] = mesh.triangles.0[face].map(|v| mesh.points[v as usize]);
+            let side = [u.dot(a.cross(b)), u.dot(b.cross(c)), u.dot(c.cross(a))];
             let mut next = NONE;
             let mut worst = 0.0;
-            for k in 0..3 {
-                let (a, b) = (mesh.points[t[k] as usize], mesh.points[t[(k + 1) % 3] as usize]);
-                let side = u.dot(a.cross(b)) / a.distance(b);
+            for (k, &side) in side.iter().enumerate() {
                 let h = (3 * face + k) as u32;
                 if side < worst && mesh.twins[h as usize] != NONE && h != from {
                     worst = side;

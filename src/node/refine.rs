@@ -191,5 +191,5 @@ fn finish(state: State, star: &Star) -> Mesh {
             normals[v] = (state.points[v] - star.cuts[arm] * star.axes[arm]).normalize();
         }
     }
-    Mesh { points: state.points, normals, triangles: state.triangles, twins: state.twins }
+    Mesh::new(state.points, normals, state.triangles, state.twins)
 }

@@ -187,11 +187,11 @@ fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap,
     let at = |is: usize, iv: usize| is * (p + 1) + iv;
     // the columns next to the radials
     for end in 0..2 {
-        let t = map.t(end as f64);
+        let w2 = map.w2_of_ends()[end];
         let across = radials[end].across(tables, map, which, end);
         let (edge, next, sign) = if end == 0 { (0, 1, -1.0) } else { (p, p - 1, 1.0) };
         for iv in 0..=p {
-            let border = from_radial(&radials[end].w[iv], end, 1.0 + t * t);
+            let border = from_radial(&radials[end].w[iv], end, w2);
             forms[at(next, iv)] = less(&border, sign / p as f64, &from_radial(&across[iv], end, 1.0));
             forms[at(edge, iv)] = border;
         }

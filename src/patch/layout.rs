@@ -12,6 +12,7 @@ use crate::node::{Cells, Star};
 use crate::patch::map;
 use glam::DVec3;
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 /// Splitting a side again and again means that no good map exists.
 const MOST_SPLITS: usize = 6;
@@ -78,6 +79,8 @@ pub struct Sector {
     pub arm: usize,
     /// Radials at the start and at the end of the crease.
     pub radials: [usize; 2],
+    /// The parameter at both ends of the rim arc: that of the crease, but where corners were joined.
+    pub t: [f64; 2],
 }
 
 /// A side, or a part of one: (side, start azimuth, end azimuth, start corner, end corner).
@@ -145,10 +148,8 @@ impl Layout {
             .map(|p| {
                 let side = &cells.sides[p.side];
                 let middle = 0.5 * (p.phi[0] + p.phi[1]);
-                let back = middle.cos() < -1e-9;
-                let turn = if back { std::f64::consts::PI * middle.signum() } else { 0.0 };
-                let t = p.phi.map(|phi| (0.5 * (phi - turn)).tan());
-                Crease { arms: side.arms, corners: p.corners, frame: side.frame, phi: p.phi, sign: if back { -1.0 } else { 1.0 }, t }
+                let sign = if at_back(middle) { -1.0 } else { 1.0 };
+                Crease { arms: side.arms, corners: p.corners, frame: side.frame, phi: p.phi, sign, t: p.phi.map(|phi| parameter(phi, middle)) }
             })
             .collect();
         let mut layout = Layout {
@@ -172,7 +173,12 @@ impl Layout {
                         layout.radials.len() - 1
                     })
                 });
-                layout.sectors.push(Sector { crease: k, which, arm, radials });
+                let t = [0, 1].map(|end| {
+                    let azimuth = crease.frame.azimuth(which, layout.corners[crease.corners[end]].k);
+                    let turn = 2.0 * PI * ((crease.phi[end] - azimuth) / (2.0 * PI)).round();
+                    parameter(azimuth + turn, crease.middle())
+                });
+                layout.sectors.push(Sector { crease: k, which, arm, radials, t });
             }
         }
         layout.set_speeds(straight);
@@ -229,6 +235,23 @@ impl Layout {
             }
         }
     }
+}
+
+impl Crease {
+    fn middle(&self) -> f64 {
+        0.5 * (self.phi[0] + self.phi[1])
+    }
+}
+
+/// Whether a crease with this middle azimuth is parametrised from the back.
+fn at_back(middle: f64) -> bool {
+    middle.cos() < -1e-9
+}
+
+/// t = tan(φ/2), or from the back.
+fn parameter(phi: f64, middle: f64) -> f64 {
+    let turn = if at_back(middle) { PI * middle.signum() } else { 0.0 };
+    (0.5 * (phi - turn)).tan()
 }
 
 /// Two unit vectors that make a right-handed frame (a, b, k).

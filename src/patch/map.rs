@@ -37,6 +37,7 @@ pub struct SectorMap<'a> {
     ends: [&'a Radial; 2],
     corners: [DVec3; 2],
     cut: f64,
+    rim: [f64; 2],
 }
 
 impl<'a> SectorMap<'a> {
@@ -44,11 +45,22 @@ impl<'a> SectorMap<'a> {
         let s = &layout.sectors[sector];
         let crease = &layout.creases[s.crease];
         let ends = s.radials.map(|r| &layout.radials[r]);
-        SectorMap { crease, which: s.which, ends, corners: crease.corners.map(|k| layout.corners[k].k), cut: ends[0].cut }
+        SectorMap { crease, which: s.which, ends, corners: crease.corners.map(|k| layout.corners[k].k), cut: ends[0].cut, rim: s.t }
     }
 
     /// t at s in [0, 1], which runs along the crease.
     pub fn t(&self, s: f64) -> f64 {
+        let [a, b] = self.rim;
+        (1.0 - s) * a + s * b
+    }
+
+    /// w2 at both ends, on the crease's side: what both its sectors share.
+    pub fn w2_of_ends(&self) -> [f64; 2] {
+        self.crease.t.map(|t| 1.0 + t * t)
+    }
+
+    /// The crease's own parameter.
+    fn crease_t(&self, s: f64) -> f64 {
         let [a, b] = self.crease.t;
         (1.0 - s) * a + s * b
     }
@@ -118,7 +130,7 @@ impl<'a> SectorMap<'a> {
 
     /// The crease ŷ(t) = Y(t, 1), and its first two derivatives by t. Ends are moved onto the corners where corners were joined.
     pub fn crease(&self, s: f64) -> [DVec3; 3] {
-        let raw = raw_crease(self.crease, self.t(s));
+        let raw = raw_crease(self.crease, self.crease_t(s));
         let miss = self.misses();
         [raw[0] + (1.0 - s) * miss[0] + s * miss[1], raw[1] + (miss[1] - miss[0]) / self.dt(), raw[2]]
     }

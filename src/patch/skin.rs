@@ -85,6 +85,15 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
         SkinCurve::Spline(c) => c,
         SkinCurve::RimArc(_) => unreachable!("creases and radials are splines"),
     };
+    // Where corners were joined, the rim's ends have another w2 than the crease's. A geometric progression of weights along
+    // a row changes its parameter, not its shape: the rim stays the circle, and all four borders share their corners' weights.
+    let ratio = [0, 1].map(|end| map.w2_of_ends()[end] / (1.0 + map.t(end as f64).powi(2)));
+    for is in 0..n {
+        let f = is as f64 / p as f64;
+        let factor = ratio[0].powf(1.0 - f) * ratio[1].powf(f);
+        weights[is * n] *= factor;
+        weights[is * n + 1] *= factor;
+    }
     let nk = layout.creases.len();
     let crease = spline(sector.crease);
     for is in 0..n {
@@ -93,7 +102,7 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
     }
     for end in 0..2 {
         let radial = spline(nk + sector.radials[end]);
-        let w2 = 1.0 + map.t(end as f64).powi(2);
+        let w2 = map.w2_of_ends()[end];
         for iv in 0..n {
             points[end * p * n + iv] = radial.points[iv];
             weights[end * p * n + iv] = w2 * radial.weights[iv];
