@@ -7,11 +7,14 @@
 use super::components::{Component, components};
 use super::error::BrepError;
 use super::model::{Circle, Curve, Label, Model, Solid, SplineCurve, SplineSurface, Surface, to_truck};
+use super::rim_map::{self, RimMap};
 use super::seam::{self, Seam};
 use crate::graph::{Arm, End, Graph};
 use crate::ids::{NodeId, StrutId};
+use crate::math::nurbs::NurbsCurve;
 use crate::patch::{Patch, Skin, SkinCurve};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 use truck_topology::compress::{CompressedEdge, CompressedEdgeIndex, CompressedFace, CompressedShell, CompressedSolid};
 
@@ -86,6 +89,7 @@ struct Builder<'a> {
     caps: Caps,
     points: Vec<DVec3>,
     vertex_count: usize,
+    seams: Vec<DVec3>,
     circles: Vec<Circle>,
     /// The closed edge on a rim without vertices, indexed by circle.
     closed: Vec<Option<usize>>,
@@ -102,6 +106,7 @@ impl<'a> Builder<'a> {
             caps,
             points: vec![],
             vertex_count: 0,
+            seams: vec![],
             circles: vec![],
             closed: vec![],
             edges: vec![],
@@ -157,7 +162,7 @@ impl<'a> Builder<'a> {
                 let node = self.graph.near(arm);
                 self.rim_loop(arm, 2 * k + end as usize, ends[k][end as usize].seam_vertex, &pieces[of_node(node)])
             });
-            self.strut_face(strut, 2 * k, ends[k], rims);
+            self.strut_face(strut, k, ends[k], rims);
         }
 
         // Faces of the nodes, with the control points that are not on an edge.
@@ -187,8 +192,10 @@ impl<'a> Builder<'a> {
         let brep = CompressedSolid { boundaries: vec![shell] };
         let centers = nodes.iter().map(|n| self.graph.nodes()[n.index()]).collect();
         let ends = struts.iter().map(|s| self.graph.struts()[s.index()]).map(|s| [of_node(s.a), of_node(s.b)]).collect();
-        let (points, circles, labels) = (self.points, self.circles, self.labels);
-        Ok(Solid { nodes, centers, struts, ends, points, circles, brep, labels })
+        let (points, seams, circles, labels) = (self.points, self.seams, self.circles, self.labels);
+        let mut solid = Solid { nodes, centers, struts, ends, points, seams, circles, brep, labels };
+        map_rims(&mut solid);
+        Ok(solid)
     }
 
     fn skin(&self, node: NodeId) -> Result<&'a Skin, BrepError> {
@@ -274,8 +281,17 @@ impl<'a> Builder<'a> {
                 out[e].split = arc_at(&azimuths[e], seam, end);
                 self.points.push(centers[e] + s.ra * x);
             }
-            self.circles.push(Circle { center: centers[e], axis, x, radius: s.ra });
+            // The frame's own x keeps away from vertices: the middle of the first arc.
+            let middle = match vertices[e][..] {
+                [] => x,
+                [first, ..] => {
+                    let second = vertices[e][1 % vertices[e].len()];
+                    arc_middle(centers[e], outward_sign(end) * axis, [first, second].map(|v| self.points[v]))
+                }
+            };
+            self.circles.push(Circle { center: centers[e], axis, x: middle, radius: s.ra });
         }
+        self.seams.push(x);
         Ok(out)
     }
 
@@ -365,7 +381,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The seam and the cylinder of a strut.
-    fn strut_face(&mut self, strut: StrutId, circle: usize, ends: [StrutEnd; 2], rims: [Vec<CompressedEdgeIndex>; 2]) {
+    fn strut_face(&mut self, strut: StrutId, k: usize, ends: [StrutEnd; 2], rims: [Vec<CompressedEdgeIndex>; 2]) {
         let index = self.edges.len();
         let vertices = (ends[0].seam_vertex, ends[1].seam_vertex);
         self.edges.push(CompressedEdge { vertices, curve: Curve::Line });
@@ -373,7 +389,7 @@ impl<'a> Builder<'a> {
         boundary.push(CompressedEdgeIndex { index, orientation: true });
         boundary.extend(rim_b);
         boundary.push(CompressedEdgeIndex { index, orientation: false });
-        self.face(vec![boundary], Surface::Cylinder(circle), Label::Strut(strut));
+        self.face(vec![boundary], Surface::Cylinder(k), Label::Strut(strut));
     }
 
     fn patch_face(&mut self, node: NodeId, patch: &Patch, pieces: &[Pieces], label: Label) {
@@ -407,7 +423,7 @@ impl<'a> Builder<'a> {
         }
         let points = s.points.iter().zip(known).map(|(&p, known)| self.share(at + r * p, known)).collect();
         let surface =
-            SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides };
+            SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides, rim: vec![] };
         self.face(vec![boundary], Surface::Spline(surface), label);
     }
 
@@ -422,6 +438,7 @@ impl<'a> Builder<'a> {
         };
         let frame = self.circles[circle];
         let up = if flipped { -frame.axis } else { frame.axis };
+        // This rim has no arcs: its x points to its vertex.
         let meridian = Circle { axis: frame.x.cross(up), ..frame };
         let index = self.edges.len();
         self.edges.push(CompressedEdge { vertices: (vertex, pole), curve: Curve::Arc(self.circles.len()) });
@@ -436,10 +453,66 @@ impl<'a> Builder<'a> {
     }
 }
 
+/// The sign that turns a strut's direction (a to b) outward at this end's node.
+fn outward_sign(end: End) -> f64 {
+    if end == End::A { 1.0 } else { -1.0 }
+}
+
+/// Unit vector to the middle of the arc between two points of a circle, counter-clockwise about
+/// `axis`; opposite to the point if both are one.
+fn arc_middle(center: DVec3, axis: DVec3, [from, to]: [DVec3; 2]) -> DVec3 {
+    let start = (from - center).reject_from_normalized(axis).normalize();
+    let side = axis.cross(start);
+    let q = to - center;
+    let angle = q.dot(side).atan2(q.dot(start)).rem_euclid(TAU);
+    let half = if angle == 0.0 { 0.5 * TAU } else { 0.5 * angle };
+    let x = start * half.cos() + side * half.sin();
+    x.reject_from_normalized(axis).normalize()
+}
+
+/// Fit where each rim arc runs on its patch.
+fn map_rims(solid: &mut Solid) {
+    let maps = |face: &CompressedFace<Surface>| -> Vec<RimMap> {
+        let Surface::Spline(s) = &face.surface else { return vec![] };
+        let edges = &solid.shell().edges;
+        let arcs = face.boundaries[0].iter().take(s.sides[0] as usize).map(|e| &edges[e.index]);
+        let map = |edge: &CompressedEdge<Curve>| {
+            let Curve::Arc(circle) = edge.curve else { return None };
+            let circle = &solid.circles[circle];
+            let border = border_row(solid, s, circle.center);
+            let (front, back) = edge.vertices;
+            let arc = rim_map::azimuths(circle, [front, back].map(|v| solid.points[v]));
+            let [low, high] = border.domain();
+            let jet = border.jet1(0.5 * (low + high));
+            let along = circle.axis.cross(jet.p).dot(jet.d) > 0.0;
+            let v = s.knots[1][0];
+            Some(rim_map::fit(&border, circle, arc, if along { [low, high] } else { [high, low] }, v))
+        };
+        arcs.filter_map(map).collect()
+    };
+    let all: Vec<_> = solid.faces().par_iter().map(maps).collect();
+    for (face, maps) in solid.brep.boundaries[0].faces.iter_mut().zip(all) {
+        if let Surface::Spline(s) = &mut face.surface {
+            s.rim = maps;
+        }
+    }
+}
+
+/// The row v = 0 of a patch, about `origin` (mm).
+fn border_row(solid: &Solid, s: &SplineSurface, origin: DVec3) -> NurbsCurve {
+    let columns = s.knots[1].len() - s.degree[1] - 1;
+    NurbsCurve {
+        degree: s.degree[0],
+        knots: s.knots[0].clone(),
+        points: s.points.iter().step_by(columns).map(|&i| solid.points[i as usize] - origin).collect(),
+        weights: s.weights.iter().step_by(columns).copied().collect(),
+    }
+}
+
 /// The arc whose inside holds the seam: the one whose start lies least far behind it, in the
 /// arcs' own sense (about the outward axis). `None` for a capped end.
 fn arc_at(azimuths: &[f64], seam: Seam, end: End) -> Option<usize> {
-    let sense = if end == End::A { 1.0 } else { -1.0 };
+    let sense = outward_sign(end);
     let behind = |&x: &f64| (sense * (seam.azimuth - x)).rem_euclid(TAU);
     let order = |m: &(usize, f64), n: &(usize, f64)| m.1.total_cmp(&n.1);
     azimuths.iter().map(behind).enumerate().min_by(order).map(|m| m.0)

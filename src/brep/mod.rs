@@ -10,6 +10,7 @@ pub mod continuity;
 pub mod error;
 pub mod measure;
 pub mod model;
+pub mod rim_map;
 pub mod seam;
 pub mod topology;
 
@@ -18,4 +19,5 @@ pub use continuity::{Quality, QualityLimits, Worst, quality};
 pub use error::BrepError;
 pub use measure::{Measure, measure, total as measure_total};
 pub use model::{Circle, Curve, Label, Model, Solid, SplineCurve, SplineSurface, Surface};
+pub use rim_map::RimMap;
 pub use topology::{Counts, check_topology};

@@ -1,6 +1,7 @@
 //! The nouns of this layer: `Model`, `Solid`, and the few kinds of curve and surface that a
 //! lattice needs. The topology is truck's `CompressedSolid`: plain indexed arrays.
 
+use super::rim_map::RimMap;
 use crate::ids::{NodeId, StrutId};
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
 use glam::DVec3;
@@ -30,6 +31,8 @@ pub struct Solid {
     /// All points in mm. Vertex `v` of the shell is `points[v]`; control points follow. Whoever
     /// shares a point shares its index, so shared points are equal bit for bit.
     pub points: Vec<DVec3>,
+    /// Unit vectors from the axis of each of `struts` to its seam.
+    pub seams: Vec<DVec3>,
     /// Rims first: the circles of `struts[k]` are `2 k` (end a) and `2 k + 1` (end b).
     /// Behind them the meridians of spherical caps.
     pub circles: Vec<Circle>,
@@ -41,7 +44,9 @@ pub struct Solid {
 }
 
 /// A circle with its frame. `x` and `axis` are unit vectors at right angles.
-/// For a rim, `axis` is the strut's direction from a to b at both ends.
+/// For a rim, `axis` is the strut's direction from a to b at both ends, and `x` lies in the middle
+/// of an arc, where no vertex is: readers then agree on the azimuth of every vertex. Rims without
+/// arcs have their only vertex at `x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Circle {
     pub center: DVec3,
@@ -74,7 +79,7 @@ pub struct SplineCurve {
 /// Geometry of a face.
 #[derive(Clone, Debug)]
 pub enum Surface {
-    /// Radius and frame of `circles[.0]`; normal outward.
+    /// The cylinder of `struts[.0]`: radius and axis of its rims, x to its seam; normal outward.
     Cylinder(usize),
     /// Through `circles[circle]`; the normal is its axis, or the opposite if `flipped`.
     Plane { circle: usize, flipped: bool },
@@ -94,6 +99,8 @@ pub struct SplineSurface {
     /// How many edges of the loop lie on each side, in the loop's order: v = 0 (the rim), u = 1,
     /// v = 1, u = 0.
     pub sides: [u8; 4],
+    /// How the first side's edges, in the loop's order, run on the surface.
+    pub rim: Vec<RimMap>,
 }
 
 /// Where a face comes from. Its text is the face's name in the STEP file.
@@ -215,6 +222,11 @@ impl Circle {
     /// Direction from the centre at this azimuth (radians, counter-clockwise about `axis` from `x`).
     pub fn radial(&self, azimuth: f64) -> DVec3 {
         self.x * azimuth.cos() + self.axis.cross(self.x) * azimuth.sin()
+    }
+
+    /// Azimuth of a point given relative to the centre, in (-π, π].
+    pub fn azimuth(&self, q: DVec3) -> f64 {
+        q.dot(self.axis.cross(self.x)).atan2(q.dot(self.x))
     }
 
     /// Distance of a point from the circle (mm).

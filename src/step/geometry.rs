@@ -2,13 +2,14 @@
 //! formatted in parallel and written in order: points, vertices, circles, edges, faces, shell.
 
 use super::text::{push_integer, push_list, push_real, push_ref, round};
-use crate::brep::{Circle, Curve, Solid, SplineSurface, Surface};
+use crate::brep::{Circle, Curve, RimMap, Solid, SplineSurface, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::io::{self, Write};
 
-/// Entities of a strut's two rims: axis, x, two centres, two placements, two circles.
-const PER_RIMS: u64 = 8;
+/// Entities of a strut's two rims: axis, x of the seam and of both rims, both centres, placements
+/// of the cylinder and of both circles, both circles.
+const PER_RIMS: u64 = 11;
 /// Entities of a meridian: axis, x, centre, placement, circle.
 const PER_MERIDIAN: u64 = 5;
 /// Items formatted by one task, and tasks in flight: some 10 MB of text at a time.
@@ -23,6 +24,8 @@ pub struct Numbers {
     meridians: u64,
     /// Number of each EDGE_CURVE; its geometry is numbered just before it.
     edges: Vec<u64>,
+    /// The face and the place in its `rim` that map each edge, for rim arcs on patches.
+    maps: Vec<Option<(u32, u8)>>,
     /// Number of each ADVANCED_FACE; its loop and surface are numbered just before it.
     faces: Vec<u64>,
     pub shell: u64,
@@ -44,15 +47,16 @@ impl Numbers {
             next += count;
             next - 1
         };
-        let edge_size = |curve: &Curve| match curve {
+        let maps = rim_maps(solid);
+        let edge_size = |(e, curve): (usize, &Curve)| match curve {
             Curve::Line => 4,
-            Curve::Arc(_) => 1,
+            Curve::Arc(_) => 1 + maps[e].map_or(0, |m| rim_map(solid, m).us.len() as u64 + 4),
             Curve::Spline(_) => 2,
         };
-        let edges = shell.edges.iter().map(|e| take(edge_size(&e.curve))).collect();
+        let edges = shell.edges.iter().map(|e| &e.curve).enumerate().map(|e| take(edge_size(e))).collect();
         let faces = shell.faces.iter().map(|f| take(f.boundaries[0].len() as u64 + 3 + surface_size(&f.surface))).collect();
         let (shell, brep, styled) = (take(1), take(1), take(1));
-        Numbers { points, vertices, circles, meridians, edges, faces, shell, brep, styled }
+        Numbers { points, vertices, circles, meridians, edges, maps, faces, shell, brep, styled }
     }
 
     fn point(&self, index: u32) -> u64 {
@@ -68,19 +72,40 @@ impl Numbers {
     }
 
     fn center(&self, circle: usize) -> u64 {
-        self.axis(circle) + 2 + (circle % 2) as u64
+        self.axis(circle) + 4 + (circle % 2) as u64
+    }
+
+    fn cylinder(&self, k: usize) -> u64 {
+        self.axis(2 * k) + 6
     }
 
     fn placement(&self, circle: usize) -> u64 {
-        self.axis(circle) + 4 + (circle % 2) as u64
+        self.axis(circle) + 7 + (circle % 2) as u64
     }
 
     fn circle(&self, circle: usize, rims: usize) -> u64 {
         match circle.checked_sub(rims) {
-            None => self.axis(circle) + 6 + (circle % 2) as u64,
+            None => self.axis(circle) + 9 + (circle % 2) as u64,
             Some(k) => self.meridians + PER_MERIDIAN * k as u64 + 4,
         }
     }
+}
+
+/// For each edge the patch that maps it, and the place in that patch's `rim`.
+fn rim_maps(solid: &Solid) -> Vec<Option<(u32, u8)>> {
+    let mut out = vec![None; solid.shell().edges.len()];
+    for (f, face) in solid.faces().iter().enumerate() {
+        let Surface::Spline(s) = &face.surface else { continue };
+        for (k, e) in face.boundaries[0].iter().take(s.rim.len()).enumerate() {
+            out[e.index] = Some((f as u32, k as u8));
+        }
+    }
+    out
+}
+
+fn rim_map(solid: &Solid, (face, k): (u32, u8)) -> &RimMap {
+    let Surface::Spline(s) = &solid.faces()[face as usize].surface else { unreachable!("only patches map rims") };
+    &s.rim[k as usize]
 }
 
 /// Entities of a face's surface.
@@ -205,12 +230,15 @@ fn rims(t: &mut Vec<u8>, solid: &Solid, k: usize, ids: &Numbers) {
     let [a, b] = [2 * k, 2 * k + 1];
     let axis = ids.axis(a);
     direction(t, axis, solid.circles[a].axis);
-    direction(t, axis + 1, solid.circles[a].x);
+    direction(t, axis + 1, solid.seams[k]);
+    direction(t, axis + 2, solid.circles[a].x);
+    direction(t, axis + 3, solid.circles[b].x);
     for c in [a, b] {
         point(t, ids.center(c), solid.circles[c].center, None);
     }
-    for c in [a, b] {
-        placement(t, ids.placement(c), ids.center(c), axis, axis + 1);
+    placement(t, ids.cylinder(k), ids.center(a), axis, axis + 1);
+    for (c, x) in [(a, axis + 2), (b, axis + 3)] {
+        placement(t, ids.placement(c), ids.center(c), axis, x);
     }
     for c in [a, b] {
         round_thing(t, ids.circle(c, 2 * solid.struts.len()), "CIRCLE", ids.placement(c), solid.circles[c].radius);
@@ -243,7 +271,13 @@ fn edge(t: &mut Vec<u8>, solid: &Solid, e: usize, ids: &Numbers) {
             end(t);
             id - 1
         }
-        Curve::Arc(circle) => ids.circle(*circle, 2 * solid.struts.len()),
+        Curve::Arc(circle) => {
+            let circle = ids.circle(*circle, 2 * solid.struts.len());
+            match ids.maps[e] {
+                Some(map) => surface_curve(t, solid, map, circle, id - 1, ids),
+                None => circle,
+            }
+        }
         Curve::Spline(s) => {
             let rational = is_rational(&s.weights);
             entity(t, id - 1, if rational { "(BOUNDED_CURVE()B_SPLINE_CURVE(" } else { "B_SPLINE_CURVE_WITH_KNOTS(''," });
@@ -266,6 +300,31 @@ fn edge(t: &mut Vec<u8>, solid: &Solid, e: usize, ids: &Numbers) {
     [ids.vertex(front), ids.vertex(back), curve].into_iter().for_each(|part| also(t, part));
     text(t, ",.T.");
     end(t);
+}
+
+/// The SURFACE_CURVE number `id` of an arc: its circle, and its p-curve on the patch.
+fn surface_curve(t: &mut Vec<u8>, solid: &Solid, at: (u32, u8), circle: u64, id: u64, ids: &Numbers) -> u64 {
+    let map = rim_map(solid, at);
+    let first = id - 3 - map.us.len() as u64;
+    for (k, &u) in map.us.iter().enumerate() {
+        entity(t, first + k as u64, "CARTESIAN_POINT('',");
+        push_list(t, [u, map.v], push_real);
+        end(t);
+    }
+    entity(t, id - 3, "B_SPLINE_CURVE_WITH_KNOTS('',");
+    push_integer(t, map.degree as u64);
+    t.push(b',');
+    push_list(t, first..id - 3, push_ref);
+    text(t, ",.UNSPECIFIED.,.F.,.F.,");
+    knots(t, &[&map.knots]);
+    end(t);
+    entity(t, id - 2, &format!("DEFINITIONAL_REPRESENTATION('',(#{}),#29", id - 3));
+    end(t);
+    entity(t, id - 1, &format!("PCURVE('',#{},#{}", ids.faces[at.0 as usize] - 1, id - 2));
+    end(t);
+    entity(t, id, &format!("SURFACE_CURVE('',#{circle},(#{}),.CURVE_3D.", id - 1));
+    end(t);
+    id
 }
 
 /// Weights that are all one (up to a factor) say nothing.
@@ -326,7 +385,9 @@ fn surface(t: &mut Vec<u8>, solid: &Solid, surface: &Surface, first: u64, ids: &
         (first + 1, first + 2)
     };
     match surface {
-        Surface::Cylinder(c) => round_thing(t, first, "CYLINDRICAL_SURFACE", ids.placement(*c), solid.circles[*c].radius),
+        Surface::Cylinder(k) => {
+            round_thing(t, first, "CYLINDRICAL_SURFACE", ids.cylinder(*k), solid.rim(*k, 0).radius);
+        }
         Surface::Plane { circle, flipped } => {
             let (placement, id) = oriented(t, *circle, *flipped);
             entity(t, id, "PLANE(''");

@@ -6,11 +6,11 @@
 
 pub mod geometry;
 pub mod options;
-//pub mod readback;
+pub mod readback;
 pub mod template;
 pub mod text;
 pub mod write;
 
 pub use options::{Schema, StepOptions, TimeStamp};
-//pub use readback::{ReadBack, ReadBackError, read_back};
+pub use readback::{ReadBack, ReadBackError, SolidCounts, Validation, read_back};
 pub use write::{Facts, StepError, Written, write};
