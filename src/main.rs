@@ -19,6 +19,7 @@ struct Args {
 #[derive(Subcommand)]
 enum Command {
     Cell(cli::cell::CellArgs),
+    Check(cli::check::CheckArgs),
     Export(cli::export::ExportArgs),
     Schema(cli::schema::SchemaArgs),
 }
@@ -26,6 +27,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Args::parse().command {
         Command::Cell(args) => cli::cell::run(&args),
+        Command::Check(args) => cli::check::run(&args),
         Command::Export(args) => cli::export::run(&args),
         Command::Schema(args) => cli::schema::run(&args),
     };

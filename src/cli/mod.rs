@@ -1,6 +1,7 @@
 //! The command line: translates arguments into calls of the library, nothing else.
 
 pub mod cell;
+pub mod check;
 pub mod export;
 pub mod output;
 pub mod schema;
