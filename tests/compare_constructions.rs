@@ -46,7 +46,7 @@ use lattice_brep::patch::check::{self, Quality};
 use lattice_brep::patch::forms::Tables;
 use lattice_brep::patch::layout::{Layout, Sector};
 use lattice_brep::patch::map::SectorMap;
-use lattice_brep::patch::{Patch, Rim, Skin, SkinCurve, SkinEdge, fit, skin};
+use lattice_brep::patch::{self, Patch, Rim, Skin, SkinCurve, SkinEdge};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Instant;
@@ -71,9 +71,6 @@ const LEAST_WIDTH: f64 = 0.02;
 /// Solves after the first, with corrected parameters. Measured, at fairness 1e-4: the largest deviations on random nodes are
 /// 0.3 to 0.6 of those without; 10 in place of 6 gain 15 % at most.
 const CORRECTIONS: usize = 6;
-
-/// Weights of second differences of the gauge's control net, in r²: the first that gives positive weights is taken.
-const STIFFNESS: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 
 /// ε of the KKT matrix: (★) has redundant rows where many edges meet.
 const REGULARISATION: f64 = 1e-11;
@@ -602,19 +599,9 @@ fn assemble(layout: &Layout, points: Vec<Vec<DVec3>>) -> Skin {
     out
 }
 
-/// The patch layer's own construction, with as stiff a control net as it takes.
+/// The patch layer's own construction.
 fn gauge(film: &Film, tables: &Tables) -> Result<Skin, String> {
-    let layout = Layout::new(&film.star, &film.cells)?;
-    let mut reason = String::new();
-    for stiffness in STIFFNESS {
-        // SAFETY: nothing else runs in this process while the environment changes.
-        unsafe { std::env::set_var("NET", stiffness.to_string()) };
-        match skin::skin(tables, &layout, &fit::fit(tables, &layout, film)?) {
-            Ok(skin) => return Ok(skin),
-            Err(e) => reason = e,
-        }
-    }
-    Err(reason)
+    patch::fit(film, tables).map(|fitted| fitted.skin)
 }
 
 // ---------------------------------------------------------------------------------------------------------------------

@@ -21,8 +21,8 @@ pub struct Quality {
 }
 
 /// Samples along each edge, and per direction inside each patch.
-const ALONG: usize = 9;
-const INSIDE: usize = 7;
+const ALONG: usize = 5;
+const INSIDE: usize = 5;
 
 /// The normal of patch `patch` at the point of its border `side` (index into `boundary`) where the edge has parameter `x`.
 fn border_normal(skin: &Skin, patch: usize, side: usize, x: f64) -> DVec3 {
@@ -53,13 +53,13 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
             let x = i as f64 / (ALONG - 1) as f64;
             let n = border_normal(skin, users[0].0, users[0].1, x);
             match &skin.edges[edge].curve {
-                SkinCurve::Spline(_) => q.jump = q.jump.max(degrees(n, border_normal(skin, users[1].0, users[1].1, x))),
+                SkinCurve::Spline(_) => raise(&mut q.jump, degrees(n, border_normal(skin, users[1].0, users[1].1, x))),
                 SkinCurve::RimArc(arm) => {
                     // a rim arc has no parameter of its own: ask the patch for the point
                     let p = &skin.patches[users[0].0];
                     let at = p.surface.point(1.0 - x, 0.0);
                     let axis = skin.rims[*arm].axis;
-                    q.rim_jump = q.rim_jump.max(degrees(n, (at - at.dot(axis) * axis).normalize()));
+                    raise(&mut q.rim_jump, degrees(n, (at - at.dot(axis) * axis).normalize()));
                 }
             }
         }
@@ -74,12 +74,15 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
                 let jet = patch.surface.jet1(u, v);
                 let normal = jet.du.cross(jet.dv).normalize();
                 let ray = jet.p.normalize();
-                q.facing = q.facing.min(normal.dot(ray));
+                let facing = normal.dot(ray);
+                if facing.is_nan() || facing < q.facing {
+                    q.facing = facing;
+                }
                 if let Some(hit) = sampler.hit(ray) {
                     let off = (jet.p.length() - hit.distance).abs() * hit.normal.dot(ray).max(0.0);
-                    q.deviation = q.deviation.max(off);
+                    raise(&mut q.deviation, off);
                     q.mean_deviation += off;
-                    q.tilt = q.tilt.max(degrees(normal, hit.normal));
+                    raise(&mut q.tilt, degrees(normal, hit.normal));
                     count += 1.0;
                 }
             }
@@ -87,6 +90,13 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
     }
     q.mean_deviation /= count;
     q
+}
+
+/// The larger of both, or NaN where one is: a degenerate point must not pass unseen.
+fn raise(worst: &mut f64, value: f64) {
+    if value.is_nan() || value > *worst {
+        *worst = value;
+    }
 }
 
 fn degrees(a: DVec3, b: DVec3) -> f64 {

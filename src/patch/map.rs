@@ -33,19 +33,52 @@ const LEAST_DESCENT: f64 = 0.1;
 /// The direction map of one sector.
 pub struct SectorMap<'a> {
     crease: &'a Crease,
-    which: usize,
-    ends: [&'a Radial; 2],
-    corners: [DVec3; 2],
+    ends: [End<'a>; 2],
+    /// cot(θ/2): the crease's height at azimuth 0.
+    top: f64,
     cut: f64,
+    /// Parameter of the rim arc at both ends.
     rim: [f64; 2],
+    /// Axis, azimuth 0, and azimuth 90° of the strut, the latter two with the crease's sign.
+    frame: [DVec3; 3],
+    /// How far the natural crease misses the corners: round-off, unless corners were joined.
+    misses: [DVec3; 2],
+}
+
+/// What the map must do along one of its radials.
+struct End<'a> {
+    radial: &'a Radial,
+    /// dh/dφ and dl/dφ of the crease.
+    slopes: [f64; 2],
+    /// d bend / dφ.
+    bend: f64,
+    /// c(v) = a v + b v (1 - v): c(0) = 0 at the rim; at the corner its value and slope are those of the crease.
+    shear: [f64; 2],
 }
 
 impl<'a> SectorMap<'a> {
     pub fn new(layout: &'a Layout, sector: usize) -> Self {
         let s = &layout.sectors[sector];
         let crease = &layout.creases[s.crease];
-        let ends = s.radials.map(|r| &layout.radials[r]);
-        SectorMap { crease, which: s.which, ends, corners: crease.corners.map(|k| layout.corners[k].k), cut: ends[0].cut, rim: s.t }
+        let radials = s.radials.map(|r| &layout.radials[r]);
+        let top = crease.frame.height();
+        let per_t = |get: fn(&Radial) -> f64| (get(radials[1]) - get(radials[0])) / (s.t[1] - s.t[0]);
+        let ends = [0, 1].map(|end| {
+            let radial = radials[end];
+            let dt = 0.5 * (1.0 + s.t[end].powi(2)); // dt/dφ
+            let slopes = [-top * crease.phi[end].sin(), dt * per_t(|r| r.speed)];
+            let [h, l] = slopes;
+            let a = -h / radial.speed;
+            let shear = [a, a - (l - h * radial.bend / radial.speed) / radial.speed];
+            End { radial, slopes, bend: dt * per_t(|r| r.bend), shear }
+        });
+        let misses = [0, 1].map(|end| {
+            let t = crease.t[end];
+            (1.0 + t * t) * layout.corners[crease.corners[end]].k - raw_crease(crease, top, t)[0]
+        });
+        let f = &crease.frame;
+        let frame = [f.c[s.which], crease.sign * f.e[s.which], crease.sign * f.n];
+        SectorMap { crease, ends, top, cut: radials[0].cut, rim: s.t, frame, misses }
     }
 
     /// t at s in [0, 1], which runs along the crease.
@@ -72,34 +105,18 @@ impl<'a> SectorMap<'a> {
 
     /// The speed l(t) across the crease, linear between the corners.
     pub fn speed(&self, s: f64) -> f64 {
-        (1.0 - s) * self.ends[0].speed + s * self.ends[1].speed
+        (1.0 - s) * self.ends[0].radial.speed + s * self.ends[1].radial.speed
     }
 
     /// Height of the crease, times w2.
     fn height(&self, t: f64) -> f64 {
-        self.crease.sign * (1.0 - t * t) * self.crease.frame.height()
+        self.crease.sign * (1.0 - t * t) * self.top
     }
 
-    /// dh/dφ and dl/dφ at one end (0 or 1).
-    pub fn slopes(&self, end: usize) -> (f64, f64) {
-        let t = self.crease.t[end];
-        let h = -self.crease.frame.height() * self.crease.phi[end].sin();
-        let l = (self.ends[1].speed - self.ends[0].speed) / self.dt() * 0.5 * (1.0 + t * t);
-        (h, l)
-    }
-
-    /// c(v) at one end: ∂η/∂φ = c(v) ∂η/∂v along the radial.
+    /// c(v) at one end (0 or 1): ∂η/∂φ = c(v) ∂η/∂v along the radial.
     pub fn shear(&self, end: usize, v: f64) -> f64 {
-        let [a, b] = self.shear_coefficients(end);
+        let [a, b] = self.ends[end].shear;
         a * v + b * v * (1.0 - v)
-    }
-
-    /// c(v) = a v + b v (1 - v): c(0) = 0 at the rim; at the corner its value and slope are those of the crease.
-    fn shear_coefficients(&self, end: usize) -> [f64; 2] {
-        let (h, l) = self.slopes(end);
-        let radial = self.ends[end];
-        let a = -h / radial.speed;
-        [a, a - (l - h * radial.bend / radial.speed) / radial.speed]
     }
 
     /// w2 η, and its derivative by q = 1 - v.
@@ -107,48 +124,39 @@ impl<'a> SectorMap<'a> {
         let (t, q) = (self.t(s), 1.0 - v);
         let w2 = 1.0 + t * t;
         let (h, l) = (self.height(t), w2 * self.speed(s));
-        let bend = w2 * ((1.0 - s) * self.ends[0].bend + s * self.ends[1].bend);
+        let bend = w2 * ((1.0 - s) * self.ends[0].radial.bend + s * self.ends[1].radial.bend);
         let rest = w2 * self.cut - h - l - 0.5 * bend;
         let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3);
         let mut by_q = l + bend * q + 3.0 * rest * q * q;
         // what this base profile misses of the prescribed ∂η/∂φ at both ends
         let hermite = [s * (1.0 - s).powi(2), -(1.0 - s) * s * s];
-        for end in 0..2 {
-            let (h, l) = self.slopes(end);
-            let bend = (self.ends[1].bend - self.ends[0].bend) / self.dt() * 0.5 * (1.0 + self.crease.t[end].powi(2));
+        for (end, hermite) in self.ends.iter().zip(hermite) {
+            let ([h, l], bend, [a, b]) = (end.slopes, end.bend, end.shear);
             let rest = -h - l - 0.5 * bend;
-            let [a, b] = self.shear_coefficients(end);
             let (shear, shear_by_q) = (a * v + b * v * q, -a + b * (v - q));
-            let [_, fall, fall_by_q] = self.ends[end].height(q).map(|x| -x);
+            let [_, fall, fall_by_q] = end.radial.height(q).map(|x| -x);
             let miss = shear * fall - (h + l * q + 0.5 * bend * q * q + rest * q.powi(3));
             let miss_by_q = shear_by_q * fall + shear * fall_by_q - (l + bend * q + 3.0 * rest * q * q);
-            value += 2.0 * self.dt() * hermite[end] * miss;
-            by_q += 2.0 * self.dt() * hermite[end] * miss_by_q;
+            value += 2.0 * self.dt() * hermite * miss;
+            by_q += 2.0 * self.dt() * hermite * miss_by_q;
         }
         (value, by_q)
     }
 
     /// The crease ŷ(t) = Y(t, 1), and its first two derivatives by t. Ends are moved onto the corners where corners were joined.
     pub fn crease(&self, s: f64) -> [DVec3; 3] {
-        let raw = raw_crease(self.crease, self.crease_t(s));
-        let miss = self.misses();
-        [raw[0] + (1.0 - s) * miss[0] + s * miss[1], raw[1] + (miss[1] - miss[0]) / self.dt(), raw[2]]
-    }
-
-    fn misses(&self) -> [DVec3; 2] {
-        [0, 1].map(|end| {
-            let t = self.crease.t[end];
-            (1.0 + t * t) * self.corners[end] - raw_crease(self.crease, t)[0]
-        })
+        let raw = raw_crease(self.crease, self.top, self.crease_t(s));
+        let [a, b] = self.misses;
+        let [t0, t1] = self.crease.t;
+        [raw[0] + (1.0 - s) * a + s * b, raw[1] + (b - a) / (t1 - t0), raw[2]]
     }
 
     /// The direction at (s, v): a polynomial of degree 3 in s and in v.
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
         let t = self.t(s);
-        let frame = &self.crease.frame;
-        let (c, e) = (frame.c[self.which], frame.e[self.which]);
+        let [c, e, n] = self.frame;
         let blend = v * v * (3.0 - 2.0 * v);
-        let natural = |v: f64| self.profile(s, v).0 * c + self.crease.sign * ((1.0 - t * t) * e + 2.0 * t * frame.n);
+        let natural = |v: f64| self.profile(s, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
         natural(v) + blend * (self.crease(s)[0] - natural(1.0))
     }
 
@@ -161,7 +169,7 @@ impl<'a> SectorMap<'a> {
     /// Width (radians), mean height from crease to rim, and mean w2.
     pub fn extent(&self) -> (f64, f64, f64) {
         let [a, b] = self.crease.phi;
-        let height = self.cut - 0.5 * (self.ends[0].h + self.ends[1].h);
+        let height = self.cut - 0.5 * (self.ends[0].radial.h + self.ends[1].radial.h);
         let [t0, t1] = self.crease.t;
         (b - a, height, 1.0 + (t0 * t0 + t0 * t1 + t1 * t1) / 3.0)
     }
@@ -178,9 +186,9 @@ impl<'a> SectorMap<'a> {
 }
 
 /// The natural crease and its first two derivatives by t.
-fn raw_crease(crease: &Crease, t: f64) -> [DVec3; 3] {
+fn raw_crease(crease: &Crease, top: f64, t: f64) -> [DVec3; 3] {
     let f = &crease.frame;
-    let m = crease.sign * (f.height() * f.c[0] + f.e[0]);
+    let m = crease.sign * (top * f.c[0] + f.e[0]);
     let n = crease.sign * 2.0 * f.n;
     [(1.0 - t * t) * m + t * n, -2.0 * t * m + n, -2.0 * m]
 }
