@@ -232,7 +232,7 @@ struct Samples {
 
 impl Samples {
     fn new(p: usize) -> Self {
-        let rule = gauss::rule(p + 4);
+        let rule = gauss::rule(p + 3);
         let all: Vec<[Vec<f64>; 3]> = rule.iter().map(|&(x, _)| basis(p, x)).collect();
         let gram = [0, 1, 2].map(|order| (0..=p).map(|i| (0..=p).map(|j| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum()).collect()).collect());
         Samples { rule, basis: all.into_iter().map(|[b, _, _]| b).collect(), gram }
