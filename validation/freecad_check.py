@@ -17,7 +17,7 @@ def faults(shape, deep):
         shape.check(deep)
         return []
     except Exception as found:
-        lines = [line.strip() for line in str(found).splitlines() if line.strip()]
+        lines = [line.strip() for line in str(found).splitlines() if line.strip() and not line.startswith("BOP check found")]
         counted = {}
         for line in lines:
             counted[line] = counted.get(line, 0) + 1

@@ -75,7 +75,10 @@ class Model:
     def __init__(self, path: str | Path):
         self.path = Path(path)
         self.text = StepText(self.path)
-        self.shape: TopoDS_Shape = build123d.import_step(str(self.path)).wrapped
+
+    @cached_property
+    def shape(self) -> TopoDS_Shape:
+        return build123d.import_step(str(self.path)).wrapped
 
     @cached_property
     def solids(self):

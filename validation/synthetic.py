@@ -72,8 +72,9 @@ def real(x) -> str:
 
 
 class Writer:
-    def __init__(self):
+    def __init__(self, inside_out: bool = False):
         self.lines: list[str] = []
+        self.inside_out = inside_out
 
     def add(self, text: str) -> str:
         self.lines.append(text)
@@ -94,13 +95,13 @@ class Writer:
     def edge(self, a, b, curve) -> str:
         return self.add(f"EDGE_CURVE('',{a},{b},{curve},.T.)")
 
-    def loop(self, edges, outer=True) -> str:
+    def loop(self, edges) -> str:
         oriented = [self.add(f"ORIENTED_EDGE('',*,*,{e},.{'T' if forward else 'F'}.)") for e, forward in edges]
         ring = self.add(f"EDGE_LOOP('',({','.join(oriented)}))")
-        return self.add(f"FACE_OUTER_BOUND('',{ring},.T.)")
+        return self.add(f"FACE_OUTER_BOUND('',{ring},.{'F' if self.inside_out else 'T'}.)")
 
     def face(self, bound, surface, same=True) -> str:
-        return self.add(f"ADVANCED_FACE('',({bound}),{surface},.{'T' if same else 'F'}.)")
+        return self.add(f"ADVANCED_FACE('',({bound}),{surface},.{'T' if same != self.inside_out else 'F'}.)")
 
 
 def clamped(degree: int) -> str:
@@ -192,13 +193,11 @@ def solid(w: Writer, fault: Fault, shift: float) -> str:
     if fault.drop_face:
         faces.pop(0)
     shell = w.add(f"CLOSED_SHELL('',({','.join(faces)}))")
-    if fault.inside_out:
-        shell = w.add(f"ORIENTED_CLOSED_SHELL('',*,{shell},.F.)")
     return w.add(f"MANIFOLD_SOLID_BREP('',{shell})")
 
 
 def step(fault: Fault = Fault()) -> str:
-    w = Writer()
+    w = Writer(fault.inside_out)
     app = w.add("APPLICATION_CONTEXT('automotive_design')")
     w.add(f"APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,{app})")
     product = w.add(f"PRODUCT('control','control','',({w.add(f'PRODUCT_CONTEXT({chr(39)}{chr(39)},{app},{chr(39)}mechanical{chr(39)})')}))")

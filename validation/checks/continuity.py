@@ -3,6 +3,7 @@
 Both faces' own p-curves are evaluated at the same edge parameter, at Chebyshev points from end to end, and the normals are turned by
 the faces' senses, so that a face folded back shows as 180 degrees. Sorted into rims (a strut and a patch), inside (two patches), seams
 (a face with itself) and caps (a flat cap is a sharp edge by design: not judged). Any other pairing is a fault.
+`jumps` in the answer lists the largest jump of every edge, for distributions.
 `expected`: rim_limit_deg (0.05), inside_limit_deg (0.1), radius_mm (1; the gap may be 1e-6 of it).
 """
 
@@ -121,7 +122,7 @@ def check(model_or_path, expected: dict) -> dict:
         figures[f"{sort}_max_deg"], figures[f"{sort}_p99_deg"], figures[f"{sort}_median_deg"] = (
             float(values.max()), float(np.percentile(values, 99)), float(np.median(values)))
         figures[f"{sort}_worst_at"] = worst.get(sort, (0, None))[1]
-    return verdict(why, gap_mm=gap, **figures)
+    return verdict(why, gap_mm=gap, **figures, jumps={sort: jumps.get(sort, []) for sort in ("rim", "inside")})
 
 
 if __name__ == "__main__":
