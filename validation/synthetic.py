@@ -62,6 +62,9 @@ def expected() -> dict:
     return {"nodes": 3, "struts": 2, "patches": 8, "caps": 2, "faces": 12, "circles": 4, "skins": 1, "components": 1, "radius_mm": 1.0,
             "graph": {"nodes": [[0, 0, -4], [0, 0, 0], [0, 0, 4]],
                       "struts": [{"a": 0, "b": 1, "ra": 1, "rb": 1}, {"a": 1, "b": 2, "ra": 1, "rb": 1}]},
+            "report_counts": {"nodes": 3, "struts": 2, "patches": 8, "caps": 2, "faces": 12, "circles": 4, "components": 1, "genus": 0},
+            "graph_counts": {"nodes": 3, "struts": 2, "components": 1, "genus": 0},
+            "report": {"rungs": {"soap_film": 1}},
             **truth()}
 
 

@@ -79,6 +79,18 @@ def test_sound_bodies_pass():
 # --- each check objects -----------------------------------------------------------------------------------------------------------
 
 
+def test_report():
+    good = synthetic.expected()["report_counts"]
+    fails("report", straight_node(), "the report has no counts", {})
+    fails("report", straight_node(), "genus: report 1, graph 0", told(report_counts={**good, "genus": 1}))
+    fails("report", straight_node(), "components", told(report_counts={**good, "components": 2}))
+    fails("report", straight_node(), "nodes and", told(report_counts={**good, "struts": 1}))
+    passes("report", straight_node(), told(report_counts={**good, "struts": 1, "nodes": 2}))  # a straight node taken out
+    fails("report", straight_node(), "lacks faces", told(report_counts={k: v for k, v in good.items() if k != "faces"}))
+    fails("report", straight_node(), "G0 rung", told(report={"rungs": {"G0 edges": [7]}}))
+    fails("report", straight_node(), "refused", told(report={"rungs": {"refused": 1}}))
+
+
 def test_text_finds_what_a_forgiving_reader_swallows():
     good = "CARTESIAN_POINT('centre point',(0.,0.,0.))"
     fails("text", edited("lower-case", good, good.replace("0.,0.,0.", "1.5e-17,0.,0.")), "illegal numbers")

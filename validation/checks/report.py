@@ -1,0 +1,37 @@
+"""Does our report say of the lattice what the graph says? Components and genus exactly; nodes and struts too, save that straight nodes of
+degree 2 may have been taken out, one strut with each. And how many nodes went down the ladder?
+
+`expected`: report_counts; graph_counts where the graph is known; report; g0_allowed (nodes on the G0 rung: 0).
+"""
+
+from __future__ import annotations
+
+import report_fields
+from checks import main, verdict
+
+
+def check(model_or_path, expected: dict) -> dict:
+    told, graph = expected.get("report_counts"), expected.get("graph_counts")
+    if not told:
+        return verdict(["the report has no counts"])
+    why = []
+    needed = {"nodes", "struts", "patches", "caps", "faces", "circles", "components", "genus"}
+    if needed - told.keys():
+        why.append(f"the report lacks {', '.join(sorted(needed - told.keys()))}")
+    if graph:
+        for name in ("components", "genus"):
+            if told.get(name) != graph[name]:
+                why.append(f"{name}: report {told.get(name)}, graph {graph[name]}")
+        dropped = graph["nodes"] - told.get("nodes", 0)
+        if dropped < 0 or graph["struts"] - told.get("struts", 0) != dropped:
+            why.append(f"report has {told.get('nodes')} nodes and {told.get('struts')} struts, graph {graph['nodes']} and {graph['struts']}")
+    report = expected.get("report", {})
+    if report_fields.on_g0_rung(report) > expected.get("g0_allowed", 0):
+        why.append(f"{report_fields.on_g0_rung(report)} nodes on the G0 rung, allowed {expected.get('g0_allowed', 0)}")
+    if report_fields.refused(report):
+        why.append(f"{report_fields.refused(report)} nodes refused")
+    return verdict(why, rungs=report_fields.rungs(report))
+
+
+if __name__ == "__main__":
+    main(check)
