@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
+import signal
 import subprocess
+import sys
 import tempfile
 import time
 from dataclasses import dataclass
@@ -45,23 +48,29 @@ class Ran:
         return self.said.strip()[-400:]
 
 
+# Started between us and the program, so that the peak memory is the program's own: a child counts the size of the process it was forked
+# from, and ours holds two kernels.
+WATCH = """
+import json, os, resource, signal, subprocess, sys
+done = subprocess.run(sys.argv[3:], stdin=subprocess.DEVNULL, stdout=open(sys.argv[2], "w"), stderr=subprocess.STDOUT)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+json.dump([done.returncode, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024], open(sys.argv[1], "w"))
+"""
+
+
 def run(*arguments: str | Path, seconds: float = 3600) -> Ran:
     command = [str(binary()), *map(str, arguments)]
-    with tempfile.TemporaryFile("w+") as said:
+    shown = " ".join(["lattice-brep", *map(str, arguments)])
+    with tempfile.TemporaryDirectory() as folder:
+        used, said = Path(folder) / "used", Path(folder) / "said"
         start = time.monotonic()
-        child = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
-        timer = None
-        if seconds:
-            import threading
-
-            timer = threading.Timer(seconds, child.kill)
-            timer.start()
-        _, status, usage = os.wait4(child.pid, 0)  # unlike `Popen.wait`, it tells what the child used
-        if timer:
-            timer.cancel()
-        child.returncode = os.waitstatus_to_exitcode(status)
+        watcher = subprocess.Popen([sys.executable, "-I", "-S", "-c", WATCH, str(used), str(said), *command], start_new_session=True)
+        try:
+            watcher.wait(seconds)
+        except subprocess.TimeoutExpired:
+            os.killpg(watcher.pid, signal.SIGKILL)
+            watcher.wait()
+            return Ran(shown, -signal.SIGKILL, f"stopped after {seconds:g} s", seconds, 0.0, 0.0)
         wall = time.monotonic() - start
-        said.seek(0)
-        text = said.read()
-    return Ran(" ".join(["lattice-brep", *map(str, arguments)]), child.returncode, text, wall,
-               usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+        code, cpu, peak = json.loads(used.read_text())
+        return Ran(shown, code, said.read_text(errors="replace"), wall, cpu, peak)
