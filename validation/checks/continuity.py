@@ -1,7 +1,7 @@
 """How smooth is it? The largest angle between the two faces' normals along every shared edge, and the largest gap between them.
 
 Both faces' own p-curves are evaluated at the same edge parameter, at Chebyshev points from end to end, and the normals are turned by
-the faces' senses, so that a face folded back shows as 180 degrees. Sorted into rims (a strut and a patch), inside (two patches), seams
+the faces' senses, so that a face folded back shows as 180 degrees. Sorted into rims (a strut and a patch or a sphere cap), inside (two patches), seams
 (a face with itself) and caps (a flat cap is a sharp edge by design: not judged). Any other pairing is a fault.
 `jumps` in the answer lists the largest jump of every edge, for distributions.
 `expected`: rim_limit_deg (0.05), inside_limit_deg (0.1), radius_mm (1; the gap may be 1e-6 of it).
@@ -31,9 +31,9 @@ def sort_of(kinds: list[str], same_face: bool) -> str:
     strut = [k in STRUT_KINDS for k in kinds]
     if kinds == ["spline", "spline"]:
         return "inside"
-    if any(strut) and "spline" in kinds:
+    if any(strut) and ("spline" in kinds or "sphere" in kinds):
         return "rim"
-    if any(strut) and ("plane" in kinds or "sphere" in kinds):
+    if any(strut) and "plane" in kinds:
         return "cap"
     return "other"
 

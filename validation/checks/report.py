@@ -25,6 +25,8 @@ def check(model_or_path, expected: dict) -> dict:
         dropped = graph["nodes"] - told.get("nodes", 0)
         if dropped < 0 or graph["struts"] - told.get("struts", 0) != dropped:
             why.append(f"report has {told.get('nodes')} nodes and {told.get('struts')} struts, graph {graph['nodes']} and {graph['struts']}")
+    if told.get("circles") != 2 * told.get("struts", 0):
+        why.append(f"report has {told.get('circles')} circles for {told.get('struts')} struts, wanted two each")
     report = expected.get("report", {})
     if report_fields.on_g0_rung(report) > expected.get("g0_allowed", 0):
         why.append(f"{report_fields.on_g0_rung(report)} nodes on the G0 rung, allowed {expected.get('g0_allowed', 0)}")
