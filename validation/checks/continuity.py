@@ -23,6 +23,7 @@ FRACTIONS = [0.5 - 0.5 * math.cos(math.pi * i / (SAMPLES - 1)) for i in range(SA
 SEAM_LIMIT_DEG = 1e-3
 GAP_LIMIT_OF_RADIUS = 1e-6
 OCC_SMALLEST_MM = 1e-7
+FLAT = 1e-9  # derivatives this short beside one another, or this near to parallel, span no tangent plane
 
 
 def sort_of(kinds: list[str], same_face: bool) -> str:
@@ -46,14 +47,20 @@ class Side:
         self.p, self.du, self.dv, self.uv = gp_Pnt(), gp_Vec(), gp_Vec(), gp_Pnt2d()
 
     def at(self, t: float):
+        """Point, outward normal (any length), and whether there is one: a pole or a collapsed side has none to be trusted."""
         self.curve.D0(t, self.uv)
         self.face.surface.D1(self.uv.X(), self.uv.Y(), self.p, self.du, self.dv)
         a, b, p = self.du, self.dv, self.p
         ax, ay, az, bx, by, bz = a.X(), a.Y(), a.Z(), b.X(), b.Y(), b.Z()
-        s = self.face.sign
-        return ((p.X(), p.Y(), p.Z()),
-                (s * (ay * bz - az * by), s * (az * bx - ax * bz), s * (ax * by - ay * bx)),
-                math.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)))
+        s, point = self.face.sign, (p.X(), p.Y(), p.Z())
+        if self.face.kind == "sphere":
+            sphere = self.face.surface.Sphere()
+            c = sphere.Location()
+            s = s if sphere.Direct() else -s
+            return point, (s * (point[0] - c.X()), s * (point[1] - c.Y()), s * (point[2] - c.Z())), True
+        normal = (s * (ay * bz - az * by), s * (az * bx - ax * bz), s * (ax * by - ay * bx))
+        aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+        return point, normal, min(aa, bb) > FLAT**2 * max(aa, bb) and math.hypot(*normal) > FLAT * math.sqrt(aa * bb)
 
 
 def along(use) -> tuple[float, float, tuple, int]:
@@ -64,12 +71,11 @@ def along(use) -> tuple[float, float, tuple, int]:
     jump, gap, place, blind = -1.0, 0.0, (0.0, 0.0, 0.0), 0
     for f in FRACTIONS:
         t = first + f * (last - first)
-        (pa, na, la), (pb, nb, lb) = a.at(t), b.at(t)
+        (pa, na, good_a), (pb, nb, good_b) = a.at(t), b.at(t)
         c = curve.Value(t)
         pc = (c.X(), c.Y(), c.Z())
         gap = max(gap, math.dist(pa, pb), math.dist(pa, pc), math.dist(pb, pc))
-        ha, hb = math.hypot(*na), math.hypot(*nb)
-        if ha <= 1e-9 * la or hb <= 1e-9 * lb:
+        if not (good_a and good_b):
             blind += 1
             continue
         cx, cy, cz = na[1] * nb[2] - na[2] * nb[1], na[2] * nb[0] - na[0] * nb[2], na[0] * nb[1] - na[1] * nb[0]

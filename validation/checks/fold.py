@@ -13,6 +13,7 @@ from OCP.BRepTools import BRepTools
 from OCP.gp import gp_Pnt, gp_Vec
 
 from checks import main, verdict
+from checks.continuity import FLAT
 from model import load
 from skins import skins
 
@@ -38,7 +39,8 @@ def check(model_or_path, expected: dict) -> dict:
                     normal = du.Crossed(dv)
                     size = normal.Magnitude()
                     rx, ry, rz = p.X() - nx, p.Y() - ny, p.Z() - nz
-                    if size <= 1e-9 * du.Magnitude() * dv.Magnitude() or size == 0.0:
+                    a, b = sorted((du.Magnitude(), dv.Magnitude()))
+                    if a <= FLAT * b or size <= FLAT * a * b:
                         blind += 1
                         continue
                     cosine = patch.sign * (normal.X() * rx + normal.Y() * ry + normal.Z() * rz) / (size * math.sqrt(rx * rx + ry * ry + rz * rz))
