@@ -85,6 +85,12 @@ def distribution(results: list[dict]) -> list[str]:
         "Rungs of the ladder: " + (", ".join(f"{name}: {n}" for name, n in sorted(rungs.items())) or "not reported") + ".", ""]
 
 
+def ladder(results: list[dict]) -> list[str]:
+    """Every node below the first rung, with its reason; of a long list the first ones."""
+    lines = [f"- {r['name']}: {line}" for r in results for line in r.get("lowered", [])]
+    return ["", f"Nodes below the first rung: {len(lines)}.", "", *lines[:40], *([f"- ... and {len(lines) - 40} more"] if len(lines) > 40 else []), ""]
+
+
 def failures(results: list[dict]) -> list[str]:
     lines = []
     for r in results:
@@ -127,5 +133,6 @@ def write(path: Path, results: list[dict], seconds: float) -> None:
     same = next((r for r in results if r["name"] == "determinism"), None)
     if same:
         lines += ["## Determinism", "", "octet 2x2x2 with 1, 2, 8 and again 1 threads: " + ("same bytes." if same["ok"] else "**different bytes.**"), ""]
+    lines += ["## Down the ladder", *ladder(results)]
     lines += failures(results)
     path.write_text("\n".join(lines))

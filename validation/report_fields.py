@@ -28,16 +28,20 @@ def quality(report: dict) -> dict:
 
 
 def rungs(report: dict) -> dict[str, int]:
-    """How many nodes ended on each rung of the ladder; a rung may list its nodes instead of counting them."""
-    given = report.get("rungs", {})
-    if isinstance(given, list):  # [{"rung": name, "nodes": [...] or count}, ...]
-        given = {entry.get("rung", entry.get("name")): entry.get("count", entry.get("nodes", 0)) for entry in given}
-    return {name: value if isinstance(value, int) else len(value) for name, value in given.items()}
+    """How many nodes ended on each rung of the ladder: `soap_film` is a count, the others list their nodes.
+    A node that cannot be built at all ends the export with exit code 3, so there is no rung for it."""
+    return {name: value if isinstance(value, int) else len(value) for name, value in report.get("rungs", {}).items()}
 
 
 def on_g0_rung(report: dict) -> int:
-    return sum(n for name, n in rungs(report).items() if "g0" in name.lower())
+    return rungs(report).get("sharp", 0)
 
 
-def refused(report: dict) -> int:
-    return sum(n for name, n in rungs(report).items() if "refused" in name.lower())
+def below_first_rung(report: dict) -> int:
+    return sum(n for name, n in rungs(report).items() if name != "soap_film")
+
+
+def lowered(report: dict) -> list[str]:
+    """Each node below the first rung with its reasons, one line a node."""
+    return [f"node {entry['node']} (degree {entry['degree']}) on `{name}`: {'; '.join(entry['reasons'])}"
+            for name, entries in report.get("rungs", {}).items() if isinstance(entries, list) for entry in entries]

@@ -88,8 +88,11 @@ def test_report():
     passes("report", straight_node(), told(report_counts={**good, "struts": 1, "nodes": 2, "circles": 2}))  # a straight node taken out
     fails("report", straight_node(), "wanted two each", told(report_counts={**good, "circles": 5}))
     fails("report", straight_node(), "lacks faces", told(report_counts={k: v for k, v in good.items() if k != "faces"}))
-    fails("report", straight_node(), "G0 rung", told(report={"rungs": {"G0 edges": [7]}}))
-    fails("report", straight_node(), "refused", told(report={"rungs": {"refused": 1}}))
+    fails("report", straight_node(), "G0 rung", told(report={"rungs": {"soap_film": 0, "sharp": [{"node": 1, "degree": 2, "reasons": ["folds"]}]}}))
+    level = {"soap_film": 0, "level_set": [{"node": 1, "degree": 2, "reasons": ["folds"]}]}
+    passes("report", straight_node(), told(report={"rungs": level}))
+    fails("report", straight_node(), "below the first rung", told(report={"rungs": level}, lowered_allowed=0))
+    fails("report", straight_node(), "rungs hold 0 of 3", told(report={"rungs": {"soap_film": 0}}))
 
 
 def test_text_finds_what_a_forgiving_reader_swallows():
