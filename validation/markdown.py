@@ -51,10 +51,10 @@ def smoothness(results: list[dict]) -> list[str]:
     for r in results:
         k = r["checks"].get("continuity", {})
         rows.append([r["name"]] + [small(k.get(f"{s}_{q}_deg")) for s in ("rim", "inside") for q in ("max", "p99", "median")]
-                    + [small(get(r, "fold", "lowest_cosine")), small(get(r, "volume_bound", "above_union")),
+                    + [small(get(r, "fold", "lowest_cosine")), small(get(r, "volume_bound", "above_union")), small(get(r, "volume_bound", "in_zones")),
                        small(r.get("export", {}).get("wall_s")), small(r.get("export", {}).get("peak_mb")),
                        f"{r.get('bytes', 0) / 1e6:.2f}", small(freecad(r).get("check_cpu_s"))])
-    return table(["case", "rims max, °", "p99", "median", "inside max, °", "p99", "median", "lowest cosine to the ray", "volume above the struts' union",
+    return table(["case", "rims max, °", "p99", "median", "inside max, °", "p99", "median", "lowest cosine to the ray", "volume above the struts' union", "same, of the nodes' zones",
                   "export, s", "peak, MB", "file, MB", "FreeCAD's check, CPU s"], rows)
 
 
@@ -64,13 +64,15 @@ def distribution(results: list[dict]) -> list[str]:
         inside = [j for r in some for j in r["checks"].get("continuity", {}).get("jumps", {}).get("inside", [])]
         cosine = [get(r, "fold", "lowest_cosine") for r in some if get(r, "fold", "lowest_cosine") is not None]
         gaps = [get(r, "continuity", "gap_mm") for r in some if get(r, "continuity", "gap_mm") is not None]
+        zones = [get(r, "volume_bound", "in_zones") for r in some if get(r, "volume_bound", "in_zones") is not None]
         edges = [get(r, "tolerances", "edge_mm") for r in some if get(r, "tolerances", "edge_mm") is not None]
 
         def three(values: list[float]) -> list[str]:
             return [small(float(x)) for x in (np.max(values), np.percentile(values, 99), np.median(values))] if values else ["", "", ""]
 
         return [name, len(some), sum(r["ok"] for r in some), *three(rim), *three(inside), small(min(cosine, default=None)),
-                small(max(gaps, default=None)), small(max(edges, default=None))]
+                small(min(zones, default=None)), small(max(gaps, default=None)),
+                small(max(edges, default=None))]
 
     bands = [(3, 5), (6, 8), (9, 11), (12, 14), (15, 17), (18, 20)]
     rows = [row(f"degree {a} to {b}", [r for r in results if a <= r["detail"].get("degree", 0) <= b]) for a, b in bands]
@@ -80,7 +82,7 @@ def distribution(results: list[dict]) -> list[str]:
         for name, n in r.get("rungs", {}).items():
             rungs[name] = rungs.get(name, 0) + n
     return table(["nodes", "number", "passed all checks", "rims max, °", "p99", "median", "inside max, °", "p99", "median", "lowest cosine to the ray",
-                  "largest gap, mm", "largest edge tolerance, mm"], rows) + [
+                  "least volume above the struts' union, of the zone", "largest gap, mm", "largest edge tolerance, mm"], rows) + [
         "The jumps are the largest on each edge; p99 and median are taken over all edges of all the nodes in the row.", "",
         "Rungs of the ladder: " + (", ".join(f"{name}: {n}" for name, n in sorted(rungs.items())) or "not reported") + ".", ""]
 

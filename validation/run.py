@@ -41,7 +41,7 @@ def figures_of(check: str, found: dict) -> str:
         "tolerances": ("edge_mm", "vertex_mm"),
         "continuity": ("rim_max_deg", "inside_max_deg", "gap_mm"),
         "fold": ("lowest_cosine",),
-        "volume_bound": ("above_union",),
+        "volume_bound": ("above_union", "in_zones"),
         "meshable": ("elements", "min_quality"),
         "text": ("bytes",),
         "one_solid": ("solids",),

@@ -162,10 +162,10 @@ def test_volume_area():
 
 def test_volume_bound():
     graph = synthetic.expected()["graph"]
-    thicker = {**graph, "struts": [{**s, "ra": 1.02, "rb": 1.02} for s in graph["struts"]]}
+    thicker = {**graph, "struts": [{**s, "ra": 1.04, "rb": 1.04} for s in graph["struts"]]}
     thinner = {**graph, "struts": [{**s, "ra": 0.9, "rb": 0.9} for s in graph["struts"]]}
-    fails("volume_bound", straight_node(), "below the union", told(graph=thicker))
-    fails("volume_bound", straight_node(), "above the union", told(graph=thinner))
+    fails("volume_bound", straight_node(), "below the union of the struts", told(graph=thicker))
+    fails("volume_bound", straight_node(), "above the struts", told(graph=thinner))
     fails("volume_bound", straight_node(), "no graph", {})
 
 
