@@ -1,0 +1,262 @@
+"""Exports a set of lattices with `lattice-brep` and runs every check on every file. Exit code 1 if anything failed.
+
+    validation/run --quick            cells 2x2x2 in both kernels, 20 random nodes (for CI)
+    validation/run                    cells 3x3x3 too, 200 random nodes; writes validation/report.md
+    validation/run --lattices DIR     the JSON lattices of a folder besides (or LATTICES=DIR)
+    validation/run --pictures         only renders docs/pictures/*.png
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import multiprocessing
+import os
+import sys
+import time
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import cases
+import checks
+import program
+import report_fields
+
+HERE = Path(__file__).resolve().parent
+OUT = HERE / "out"
+MUST_EXPORT = ("lever",)  # of a folder of lattices: these must come out; others may be refused with a reason
+CROP_STRUTS = 1000
+BAD_INPUT = 2  # exit code of a refused lattice
+
+
+def figures_of(check: str, found: dict) -> str:
+    """The few figures worth a place on a check's line."""
+    if found.get("skipped"):
+        return "left out"
+    pick = {
+        "counts": ("struts", "patches", "caps", "euler"),
+        "tolerances": ("edge_mm", "vertex_mm"),
+        "continuity": ("rim_max_deg", "inside_max_deg", "gap_mm"),
+        "fold": ("lowest_cosine",),
+        "volume_bound": ("above_union", "in_zones"),
+        "meshable": ("elements", "min_quality"),
+        "text": ("bytes",),
+        "one_solid": ("solids",),
+    }.get(check, ())
+    line = ", ".join(f"{k} {found[k]:.4g}" if isinstance(found.get(k), float) else f"{k} {found.get(k)}" for k in pick)
+    if check == "volume_area":
+        line = f"worst off {max((v for k, v in found.items() if k.endswith(' off')), default=float('nan')):.1e}"
+    if check == "valid" and "freecad" in found:
+        line = f"OCC 8 and {found['freecad'].get('version', 'FreeCAD')}, {found['freecad'].get('check_cpu_s', '?')} CPU s"
+    return line
+
+
+def judge(case: cases.Case) -> dict:
+    """Makes, exports and checks one case: {name, ok, checks: {name: answer}, ...}."""
+    start = time.monotonic()
+    stem = OUT / case.name.replace(" ", "-").replace(",", "")
+    result = {"name": case.name, "detail": case.detail, "checks": {}, "radius_mm": case.radius_mm}
+    try:
+        graph_path = case.graph
+        if case.cell:
+            graph_path = stem.with_suffix(".graph.json")
+            made = program.run("cell", case.cell[0], "--size", f"{cases.SIZE_MM:g}", "--repeat", case.cell[1],
+                               "--radius", f"{case.radius_mm:g}", "-o", graph_path, seconds=600)
+            if not made.ok:
+                return fell(result, "cell", made)
+        step, report_path = stem.with_suffix(".step"), stem.with_suffix(".report.json")
+        crop = ("--crop", case.crop) if case.crop else ()
+        done = program.run("export", graph_path, "-o", step, "--report", report_path, *crop)
+        result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
+        if not done.ok:
+            return fell(result, "export", done)
+        graph = json.loads(Path(graph_path).read_text())
+        report = json.loads(report_path.read_text())
+        expected = cases.expected(case, graph, report)
+        result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
+                      quality=report_fields.quality(report), lowered=report_fields.lowered(report))
+    except Exception as fault:  # noqa: BLE001 - a case that cannot be made is a failed case
+        result["checks"]["export"] = checks.verdict([f"{type(fault).__name__}: {fault}"])
+        return finish(result, start)
+    result["checks"]["export"] = checks.verdict([])
+    from model import Model
+
+    model = Model(step)
+    for name in checks.ALL:
+        if name in case.skip:
+            continue
+        begin = time.monotonic()
+        found = checks.run(name, model, expected)
+        found["wall_s"] = round(time.monotonic() - begin, 2)
+        result["checks"][name] = found
+    return finish(result, start)
+
+
+def fell(result: dict, stage: str, ran: program.Ran) -> dict:
+    result["checks"][stage] = checks.verdict([f"exit code {ran.code} of `{ran.command}`: {ran.last_words}"])
+    result["exit_code"] = ran.code
+    return finish(result, time.monotonic() - ran.wall_s)
+
+
+def finish(result: dict, start: float) -> dict:
+    result["ok"] = all(found["ok"] for found in result["checks"].values())
+    result["wall_s"] = round(time.monotonic() - start, 2)
+    return result
+
+
+def tell(result: dict, whole: bool) -> None:
+    """One line a check; for the many random nodes one line a node unless something failed."""
+    name, width = result["name"], 24
+    if not whole and result["ok"]:
+        found = result["checks"].get("continuity", {})
+        print(f"{name:{width}} ok    {len(result['checks'])} checks; {figures_of('continuity', found)}; {result['wall_s']} s", flush=True)
+        return
+    for check, found in result["checks"].items():
+        state = "ok  " if found["ok"] else "FAIL"
+        print(f"{name:{width}} {check:18} {state}  {figures_of(check, found) if found['ok'] else '; '.join(found['why'][:4])}", flush=True)
+
+
+def determinism() -> dict:
+    """Same bytes with 1, 2 and 8 threads, and again."""
+    result = {"name": "determinism", "detail": {}, "checks": {}}
+    start = time.monotonic()
+    graph = OUT / "determinism.graph.json"
+    made = program.run("cell", "octet", "--size", "10", "--repeat", "2x2x2", "--radius", "0.5", "-o", graph)
+    if not made.ok:
+        return fell(result, "cell", made)
+    seen = {}
+    for threads in (1, 2, 8, 1):
+        step, report = OUT / "determinism.step", OUT / "determinism.report.json"
+        done = program.run("export", graph, "-o", step, "--report", report, "--threads", threads)
+        if not done.ok:
+            return fell(result, "export", done)
+        seen.setdefault(hashlib.sha256(step.read_bytes()).hexdigest(), []).append(threads)
+    why = [] if len(seen) == 1 else [f"{len(seen)} different files: threads {list(seen.values())}"]
+    result["checks"]["same_bytes"] = checks.verdict(why)
+    return finish(result, start)
+
+
+def ladder_limits(nodes: int) -> dict:
+    """Of a real lattice, at most 5 % of the nodes below the first rung and 0.5 % on the G0 rung."""
+    return {"g0_allowed": nodes // 200, "lowered_allowed": nodes // 20}
+
+
+def whole_lattice(path: Path) -> dict:
+    """A real lattice exported whole, judged by our own checks and the Rust reader; too large for a kernel to read in good time."""
+    result = {"name": f"{path.stem} whole", "detail": {}, "checks": {}}
+    start = time.monotonic()
+    step, report_path = OUT / f"{path.stem}.step", OUT / f"{path.stem}.report.json"
+    done = program.run("export", path, "-o", step, "--report", report_path)
+    result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
+    if not done.ok:
+        result = fell(result, "export", done)
+        result["refused"] = done.code == BAD_INPUT and path.stem not in MUST_EXPORT
+        return result
+    graph, report = json.loads(path.read_text()), json.loads(report_path.read_text())
+    case = cases.Case(result["name"], limits=ladder_limits(len(graph["nodes"])))
+    expected = cases.expected(case, graph, report)
+    result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
+                  quality=report_fields.quality(report), lowered=report_fields.lowered(report))
+    result["checks"]["report"] = checks.run("report", None, expected)
+    circles = 0
+    with step.open("rb") as lines:
+        for line in lines:
+            circles += line.count(b"CIRCLE(")
+    wanted = 2 * expected["struts"]
+    result["checks"]["circles"] = checks.verdict([] if circles == wanted else [f"CIRCLE entities: {circles}, wanted {wanted}"])
+    read = program.run("check", step)
+    result["checks"]["rust_reader"] = checks.verdict([] if read.ok else [f"exit code {read.code}: {read.last_words}"],
+                                                     wall_s=round(read.wall_s, 1), peak_mb=round(read.peak_mb))
+    step.unlink()  # hundreds of megabytes
+    return finish(result, start)
+
+
+def lattice_cases(folder: Path, largest: int) -> tuple[list[Path], list[cases.Case]]:
+    """The folder's lattices, and a crop of each that is larger than a crop."""
+    whole, crops = [], []
+    for path in sorted(folder.glob("*.json")):
+        graph = json.loads(path.read_text())
+        if "struts" not in graph:
+            continue
+        if len(graph["struts"]) > largest:
+            print(f"{path.stem:24} left out: {len(graph['struts'])} struts (--largest {largest})", flush=True)
+            continue
+        whole.append(path)
+        if len(graph["struts"]) > 1.5 * CROP_STRUTS:
+            radius = min(min(s["ra"], s["rb"]) for s in graph["struts"])
+            crops.append(cases.Case(f"{path.stem} crop", graph=path, crop=cases.middle_box(graph, CROP_STRUTS), radius_mm=radius,
+                                    skip=("volume_bound", "meshable"),
+                                    limits={"freecad_seconds": 7200, "self_intersection_faces": 400, "g0_allowed": 2}))
+    return whole, crops
+
+
+def main() -> int:
+    say = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    say.add_argument("--quick", action="store_true", help="the small subset, for CI; validation/report.md stays as it is")
+    say.add_argument("--lattices", type=Path, default=os.environ.get("LATTICES"), help="a folder of lattice graphs (JSON)")
+    say.add_argument("--largest", type=int, default=20_000, help="leave out lattices with more struts than this")
+    say.add_argument("--only", help="only cases whose name contains this; validation/report.md stays as it is")
+    say.add_argument("--jobs", type=int, default=os.cpu_count(), help="cases judged at a time")
+    say.add_argument("--pictures", action="store_true", help="render docs/pictures/*.png and do nothing else")
+    say.add_argument("--keep", action="store_true", help="keep the STEP files in validation/out")
+    args = say.parse_args()
+
+    try:
+        program.binary()
+    except program.NotBuilt as fault:
+        print(f"validation: {fault}", file=sys.stderr)
+        return 1
+    OUT.mkdir(exist_ok=True)
+    if args.pictures:
+        import pictures
+
+        return pictures.render_all(OUT)
+
+    start = time.monotonic()
+    todo = cases.cells("2x2x2", args.quick)
+    if not args.quick:
+        todo += cases.cells("3x3x3", args.quick)
+    whole: list[Path] = []
+    if args.lattices:
+        whole, crops = lattice_cases(Path(args.lattices), args.largest)
+        todo += crops
+    # The slow ones first, so that no worker is left alone with them at the end.
+    todo = todo[::-1] + cases.random_nodes(cases.QUICK_NODES if args.quick else cases.RANDOM_NODES, OUT)
+    wanted = (lambda name: args.only in name) if args.only else (lambda name: True)
+
+    results = []
+    with multiprocessing.get_context("fork").Pool(args.jobs, maxtasksperchild=8) as pool:
+        for result in pool.imap_unordered(judge, [case for case in todo if wanted(case.name)]):
+            results.append(result)
+            tell(result, not result["name"].startswith("random"))
+            if not args.keep:
+                (OUT / result["name"].replace(" ", "-").replace(",", "")).with_suffix(".step").unlink(missing_ok=True)
+    if wanted("determinism"):
+        results.append(determinism())
+        tell(results[-1], True)
+    for path in whole:
+        if wanted(f"{path.stem} whole"):
+            results.append(whole_lattice(path))
+            tell(results[-1], True)
+
+    order = {case.name: i for i, case in enumerate(cases.cells("2x2x2", True) + cases.cells("3x3x3", True))}
+    results.sort(key=lambda r: (order.get(r["name"], len(order)), r["name"]))
+    seconds = time.monotonic() - start
+    (OUT / "results.json").write_text(json.dumps({"seconds": seconds, "results": results}, default=str))
+    if not args.quick and not args.only:
+        import markdown
+
+        markdown.write(HERE / "report.md", results, seconds)
+    failed = [r["name"] for r in results if not r["ok"] and not r.get("refused")]
+    for name in failed:
+        print(f"failed: {name}")
+    print(f"validation: {sum(len(r['checks']) for r in results)} checks on {len(results)} cases in {seconds:.0f} s")
+    print(f"{len(results) - len(failed)} passed, {len(failed)} failed")
+    return 1 if failed or not results else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
