@@ -19,8 +19,9 @@ use std::f64::consts::PI;
 pub const SNAP: f64 = 5e-5;
 
 /// No arc of a side is wider than this (radians): wider ones are split by extra corners. One rational patch
-/// then spans at most a third of a turn.
-pub const WIDEST: f64 = 2.0 * PI / 3.0;
+/// then spans at most a third of a turn. A little above it, so that tetrahedral and body-centred nodes, whose sides
+/// are a third of a turn wide, are not split by round-off.
+pub const WIDEST: f64 = 2.0 * PI / 3.0 + 1e-6;
 
 /// The cells of one node: corners and the sides between them.
 #[derive(Clone, Debug, Default)]
