@@ -142,7 +142,7 @@ impl<'a> SectorMap<'a> {
         })
     }
 
-    /// The direction at (s, v): a polynomial of degree 3 in s and in v.
+    /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v.
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
         let t = self.t(s);
         let frame = &self.crease.frame;
