@@ -60,10 +60,11 @@ fn counts_of_nodes_with_wide_sides() {
     assert_eq!(counts(oct[..5].to_vec()), [5, 9, 12]);
 }
 
+/// Not so where exactly opposite struts share a side: its azimuth 0 is then arbitrary.
 #[test]
 fn counts_do_not_depend_on_the_frame() {
     let mut numbers = Random::new(7);
-    for (name, axes) in catalogue() {
+    for (name, axes) in catalogue().into_iter().filter(|(name, _)| !OPPOSITE.contains(name)) {
         let want = counts(axes.clone());
         for _ in 0..20 {
             let q = numbers.rotation();

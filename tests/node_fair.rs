@@ -52,7 +52,8 @@ fn uniform(mesh: &Control) -> Rows {
         for k in 0..3 {
             let v = t[k] as usize;
             if mesh.rims[v].is_none() {
-                [1, 2].map(|m| rows[v].insert(t[(k + m) % 3] as usize, 1.0));
+                rows[v].insert(t[(k + 1) % 3] as usize, 1.0);
+                rows[v].insert(t[(k + 2) % 3] as usize, 1.0);
             }
         }
     }
@@ -85,8 +86,8 @@ fn rows_that_are_fixed_do_not_move() {
                     assert_eq!(a, b, "{name}, {how:?}: fixed vertex {v}");
                 }
             }
-            // a straight node is a cylinder already
-            assert_eq!(moved > 0, name != "straight", "{name}, {how:?}: {moved} moved");
+            // a straight node is a cylinder already; the paper's fairing pulls it in
+            assert_eq!(moved > 0, name != "straight" || how == Fairing::Paper, "{name}, {how:?}: {moved} moved");
         }
     }
 }

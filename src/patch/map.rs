@@ -151,7 +151,7 @@ impl<'a> SectorMap<'a> {
         [raw[0] + (1.0 - s) * a + s * b, raw[1] + (b - a) / (t1 - t0), raw[2]]
     }
 
-    /// The direction at (s, v): a polynomial of degree 3 in s and in v.
+    /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v.
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
         let t = self.t(s);
         let [c, e, n] = self.frame;

@@ -100,6 +100,9 @@ pub fn catalogue() -> Vec<(&'static str, Vec<DVec3>)> {
     ]
 }
 
+/// Nodes of the catalogue where a side lies between exactly opposite struts.
+pub const OPPOSITE: [&str; 3] = ["straight", "T", "cubic edge"];
+
 /// Numbers in [0, 1), the same on every machine.
 pub struct Random(u64);
 
