@@ -105,5 +105,5 @@ pub struct StageTime {
 
 /// The JSON Schema of the report.
 pub fn schema() -> String {
-    serde_json::to_string_pretty(&schemars::schema_for!(Report)).expect("a schema is plain JSON")
+    serde_json::to_string_pretty(&schemars::schema_for!(Report)).expect("a schema is plain JSON") + "\n"
 }

@@ -1,0 +1,179 @@
+//! The `export` command as a user runs it: files, exit codes, determinism.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+fn export(input: &Path, more: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("export").arg(input).args(more).output().unwrap()
+}
+
+fn stderr(out: &Output) -> String {
+    String::from_utf8(out.stderr.clone()).unwrap()
+}
+
+/// A corner of three struts, one of them bent on.
+const CORNER: &str = r#"{"units":"mm","nodes":[[0,0,0],[10,0,0],[0,10,0],[0,0,10],[10,8,3]],
+"struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":0,"b":2,"ra":1,"rb":1},{"a":0,"b":3,"ra":1,"rb":1},{"a":1,"b":4,"ra":1,"rb":1}]}"#;
+
+#[test]
+fn same_bytes_at_any_thread_count_and_in_every_run() {
+    let folder = Folder::new();
+    let graph = folder.write("corner.json", CORNER);
+    let mut files = vec![];
+    for (k, threads) in ["1", "2", "8", "2"].into_iter().enumerate() {
+        let out = folder.path(&format!("{k}/corner.step"));
+        std::fs::create_dir(out.parent().unwrap()).unwrap();
+        let run = export(&graph, &["-o", out.to_str().unwrap(), "--threads", threads, "--quiet"]);
+        assert!(run.status.success(), "{}", stderr(&run));
+        assert!(run.stdout.is_empty() && run.stderr.is_empty());
+        files.push(std::fs::read(out).unwrap());
+    }
+    assert!(files[0].len() > 10_000);
+    assert!(files.iter().all(|f| f == &files[0]));
+}
+
+#[test]
+fn the_report_agrees_with_the_solid_and_fits_its_schema() {
+    let folder = Folder::new();
+    let graph = folder.write("corner.json", CORNER);
+    let report = folder.path("r.json");
+    let run = export(&graph, &["--report", report.to_str().unwrap()]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    assert_eq!(folder.names(), ["corner.json", "corner.step", "r.json"]);
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    let counts = &report["counts"];
+    assert_eq!(counts["nodes"], 5);
+    assert_eq!(counts["struts"], 4);
+    assert_eq!(counts["cylinders"], 4);
+    assert_eq!(counts["circles"], 8);
+    assert_eq!(counts["caps"], 3);
+    assert_eq!(counts["components"], 1);
+    assert_eq!(counts["genus"], 0);
+    assert_eq!(counts["faces"].as_u64().unwrap(), 4 + 3 + counts["patches"].as_u64().unwrap());
+    let volume = report["volume_mm3"].as_f64().unwrap();
+    let struts = std::f64::consts::PI * (30.0 + 73f64.sqrt());
+    assert!((0.85 * struts..1.05 * struts).contains(&volume), "{volume} against {struts}");
+    assert!(report["quality"]["inner_jump_deg"]["value"].as_f64().unwrap() < 1e-6);
+    assert_eq!(report["rungs"]["soap_film"], 2);
+    assert_eq!(report["bytes"].as_u64().unwrap(), std::fs::metadata(folder.path("corner.step")).unwrap().len());
+    let schema: serde_json::Value = serde_json::from_str(&lattice_brep::report::schema()).unwrap();
+    for name in schema["required"].as_array().unwrap() {
+        assert!(report.get(name.as_str().unwrap()).is_some(), "{name}");
+    }
+}
+
+#[test]
+fn bad_input_names_every_fault_exits_2_and_writes_nothing() {
+    let faults = [
+        ("not JSON", "no lattice", "document"),
+        ("missing field", r#"{"units":"mm","nodes":[[0,0,0],[1,0,0]],"struts":[{"a":0,"b":1,"ra":0.1}]}"#, "struts[0]"),
+        ("index out of range", r#"{"units":"mm","nodes":[[0,0,0],[9,0,0]],"struts":[{"a":0,"b":7,"ra":0.1,"rb":0.1}]}"#, "struts[0].b"),
+        ("radius", r#"{"units":"mm","nodes":[[0,0,0],[9,0,0]],"struts":[{"a":0,"b":1,"ra":-1,"rb":-1}]}"#, "struts[0].ra"),
+    ];
+    for (what, text, place) in faults {
+        let folder = Folder::new();
+        let graph = folder.write("bad.json", text);
+        let run = export(&graph, &["--report", folder.path("r.json").to_str().unwrap()]);
+        assert_eq!(run.status.code(), Some(2), "{what}: {}", stderr(&run));
+        assert!(stderr(&run).contains(place), "{what}: {}", stderr(&run));
+        assert_eq!(folder.names(), ["bad.json"], "{what}");
+    }
+}
+
+#[test]
+fn cuts_that_meet_are_refused_with_the_largest_radius_and_that_radius_fits() {
+    let triangle = |radius: f64| {
+        let strut = |a, b| format!(r#"{{"a":{a},"b":{b},"ra":{radius},"rb":{radius}}}"#);
+        format!(r#"{{"units":"mm","nodes":[[0,0,0],[10,0,0],[5,8,0]],"struts":[{},{},{}]}}"#, strut(0, 1), strut(1, 2), strut(2, 0))
+    };
+    let folder = Folder::new();
+    let run = export(&folder.write("thick.json", &triangle(3.0)), &[]);
+    assert_eq!(run.status.code(), Some(2));
+    let text = stderr(&run);
+    assert!(["struts[0]", "struts[1]", "struts[2]"].iter().all(|s| text.contains(s)), "{text}");
+    let largest = text.split("a radius below ").skip(1).map(|s| s.split(' ').next().unwrap().parse::<f64>().unwrap()).fold(f64::INFINITY, f64::min);
+    assert!(largest > 1.0 && largest < 3.0, "{text}");
+    let run = export(&folder.write("thin.json", &triangle(0.999 * largest)), &["--quiet"]);
+    assert!(run.status.success(), "{}", stderr(&run));
+}
+
+#[test]
+fn an_output_folder_that_is_not_there_is_our_failure_and_options_are_checked() {
+    let folder = Folder::new();
+    let graph = folder.write("corner.json", CORNER);
+    let run = export(&graph, &["-o", folder.path("no/such/out.step").to_str().unwrap()]);
+    assert_eq!(run.status.code(), Some(1), "{}", stderr(&run));
+    let run = export(&graph, &["--lambda", "0.7", "--tolerance", "0"]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(stderr(&run).contains("--lambda") && stderr(&run).contains("--tolerance"), "{}", stderr(&run));
+    assert_eq!(folder.names(), ["corner.json"]);
+}
+
+#[test]
+fn every_schema_and_both_caps_can_be_read_back() {
+    let folder = Folder::new();
+    let graph = folder.write("corner.json", CORNER);
+    for (schema, name) in [("ap242", "AP242_MANAGED"), ("ap214", "AUTOMOTIVE_DESIGN"), ("ap203", "CONFIG_CONTROL_DESIGN")] {
+        for caps in ["flat", "sphere"] {
+            let out = folder.path("out.step");
+            let run = export(&graph, &["-o", out.to_str().unwrap(), "--schema", schema, "--caps", caps, "--quiet"]);
+            assert!(run.status.success(), "{}", stderr(&run));
+            let check = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("check").arg(&out).output().unwrap();
+            let text = String::from_utf8(check.stdout).unwrap();
+            assert!(check.status.success() && text.contains(name), "{text}");
+            assert!(text.contains("edges not used twice in opposite senses: 0"), "{text}");
+            assert!(text.contains("cylinders 4"), "{text}");
+        }
+    }
+}
+
+#[test]
+fn a_crop_cuts_struts_into_free_ends() {
+    let folder = Folder::new();
+    let graph = folder.write("corner.json", CORNER);
+    let out = folder.path("part.step");
+    let report = folder.path("r.json");
+    let run = export(&graph, &["-o", out.to_str().unwrap(), "--crop", "-2,-2,-2:6,6,6", "--report", report.to_str().unwrap()]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    assert_eq!(report["counts"]["struts"], 3);
+    assert_eq!(report["counts"]["caps"], 3);
+    let run = export(&graph, &["-o", out.to_str().unwrap(), "--crop", "50,50,50:60,60,60"]);
+    assert_eq!(run.status.code(), Some(2), "{}", stderr(&run));
+}
+
+#[test]
+fn two_parts_become_two_solids_in_one_file() {
+    let folder = Folder::new();
+    let graph = folder.write(
+        "two.json",
+        r#"{"units":"mm","nodes":[[0,0,0],[10,0,0],[0,0,20],[10,0,20]],"struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":2,"b":3,"ra":0.5,"rb":0.5}]}"#,
+    );
+    let run = export(&graph, &[]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    assert!(stderr(&run).contains("2 solids"), "{}", stderr(&run));
+}
