@@ -2,7 +2,9 @@
 
 use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surface};
 use crate::error::{Error, Fault, Note};
-use crate::graph::{Graph, Lattice};
+use crate::graph::check::Overlaps;
+use crate::graph::proximity::{NearMiss, near_misses};
+use crate::graph::{self, Graph, Lattice};
 use crate::ids::{NodeId, StrutId};
 use crate::ladder::{self, Built, Degrees, Rung};
 use crate::node::Star;
@@ -10,6 +12,7 @@ use crate::options::Options;
 use crate::patch::Skin;
 use crate::report::{Counts, Lowered, Quality, Report, Rungs, StageTime, Worst};
 use crate::step;
+use glam::DVec3;
 use rayon::prelude::*;
 use std::io::Write;
 use std::time::Instant;
@@ -44,6 +47,22 @@ pub struct Solved {
     pub model: Model,
     facts: step::Facts,
     pub report: Report,
+}
+
+/// The part of a lattice inside a box (mm): cut struts become free ends. Overlaps are judged in the part alone.
+pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Result<Lattice, Error> {
+    let part = graph::crop::crop(&lattice.graph, min, max).graph;
+    if part.struts().is_empty() {
+        return Err(Error::BadInput(vec![Fault::new("--crop", "a box that holds no node", "a box around at least one node")]));
+    }
+    let (kept, all) = (part.struts().len(), lattice.graph.struts().len());
+    let mut notes = vec![Note::new("document", format!("cropped: {kept} of {all} struts kept"))];
+    let misses = near_misses(&part);
+    if overlaps == Overlaps::Refuse {
+        Error::unless_empty(misses.iter().map(NearMiss::fault).collect())?;
+    }
+    notes.extend(misses.iter().map(NearMiss::note));
+    Ok(Lattice { name: lattice.name.clone(), graph: part, notes })
 }
 
 /// From a checked lattice to checked solids.
@@ -274,7 +293,3 @@ impl Write for Counting<'_> {
     }
 }
 
-/// A note on what a crop changed.
-pub fn crop_note(before: &Graph, after: &Graph) -> Note {
-    Note::new("document", format!("cropped: {} of {} struts kept", after.struts().len(), before.struts().len()))
-}

@@ -6,7 +6,7 @@ use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lattice_brep::brep::Caps;
 use lattice_brep::error::{Error, Fault};
-use lattice_brep::graph::{self, Lattice, check::Overlaps, crop::crop};
+use lattice_brep::graph::{self, check::Overlaps};
 use lattice_brep::node::Fairing;
 use lattice_brep::options::Options;
 use lattice_brep::pipeline::{self, Progress};
@@ -118,14 +118,11 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         OverlapsArg::Refuse => Overlaps::Refuse,
         OverlapsArg::Keep => Overlaps::Keep,
     };
-    let mut lattice = match args.crop {
+    let lattice = match args.crop {
         // overlaps outside the box do not matter: they are judged after the crop
-        Some(_) => graph::read_with(&bytes, Overlaps::Keep)?,
+        Some(bounds) => pipeline::crop(&graph::read_with(&bytes, Overlaps::Keep)?, bounds, overlaps)?,
         None => graph::read_with(&bytes, overlaps)?,
     };
-    if let Some([min, max]) = args.crop {
-        lattice = cropped(lattice, min, max, overlaps)?;
-    }
     let progress = Bar::new(args.quiet);
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
@@ -181,21 +178,6 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             ..StepOptions::default()
         },
     })
-}
-
-fn cropped(lattice: Lattice, min: DVec3, max: DVec3, overlaps: Overlaps) -> Result<Lattice, Error> {
-    let part = crop(&lattice.graph, min, max).graph;
-    if part.struts().is_empty() {
-        return Err(Error::BadInput(vec![Fault::new("--crop", "a box that holds no node", "a box around at least one node")]));
-    }
-    let mut notes = vec![pipeline::crop_note(&lattice.graph, &part)];
-    for miss in graph::proximity::near_misses(&part) {
-        match overlaps {
-            Overlaps::Refuse => return Err(Error::BadInput(graph::proximity::near_misses(&part).iter().map(|m| m.fault()).collect())),
-            Overlaps::Keep => notes.push(miss.note()),
-        }
-    }
-    Ok(Lattice { name: lattice.name, graph: part, notes })
 }
 
 /// What a person wants to know at the end.
