@@ -138,7 +138,7 @@ fn random_nodes() {
         .collect();
     let mut refused = 0;
     let mut rungs = std::collections::BTreeMap::new();
-    let mut figures: [Vec<f64>; 4] = Default::default();
+    let mut figures: [Vec<(f64, &str)>; 4] = Default::default();
     for (name, result) in &results {
         match result {
             Err(reasons) => {
@@ -152,16 +152,17 @@ fn random_nodes() {
                 }
                 if built.rung != Rung::End && built.rung != Rung::Sharp {
                     let q = &built.quality;
-                    [q.jump, q.rim_jump, q.deviation, q.facing].into_iter().zip(&mut figures).for_each(|(x, list)| list.push(x));
+                    [q.jump, q.rim_jump, q.deviation, q.facing].into_iter().zip(&mut figures).for_each(|(x, list)| list.push((x, name)));
                 }
             }
         }
     }
     println!("{count} nodes: {rungs:?}, {refused} refused");
     for (name, list) in ["jump (degrees)", "rim jump (degrees)", "deviation (radii)", "facing"].iter().zip(&mut figures) {
-        list.sort_by(f64::total_cmp);
+        list.sort_by(|a, b| a.0.total_cmp(&b.0));
         let at = |f: f64| list[((list.len() - 1) as f64 * f).round() as usize];
-        println!("{name}: least {:.2e}, median {:.2e}, p99 {:.2e}, most {:.2e}", at(0.0), at(0.5), at(0.99), at(1.0));
+        let ((least, first), (most, last)) = (at(0.0), at(1.0));
+        println!("{name}: least {least:.2e} ({first}), median {:.2e}, p99 {:.2e}, most {most:.2e} ({last})", at(0.5).0, at(0.99).0);
     }
     assert_eq!(refused, 0);
 }

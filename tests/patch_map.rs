@@ -242,6 +242,19 @@ fn radial_forms_reproduce_planes_at_corners() {
     }
 }
 
+/// Long columns next to short ones: both neighbours of a new radial ask for even descent along it before either is split.
+#[test]
+fn narrow_pairs_have_a_layout() {
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    for angle in [14.0, 12.5, 11.0, 10.0, 8.0, 6.0, 4.0, 2.0] {
+        for rest in [vec![], vec![z], vec![-x], vec![-y], vec![z, -z], vec![-x, z], vec![-y, z, -z], vec![-x, -y, z, -z]] {
+            let name = format!("pair of {angle}° with {rest:?}");
+            let layout = layout(&name, [vec![flat(0.0), flat(angle)], rest].concat());
+            assert!((0..layout.sectors.len()).all(|k| SectorMap::new(&layout, k).is_regular()), "{name}");
+        }
+    }
+}
+
 /// Two patches a crease; the number must not hang on round-off.
 #[test]
 fn the_layout_does_not_depend_on_the_frame() {

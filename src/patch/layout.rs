@@ -118,11 +118,13 @@ impl Layout {
             }
             // first ask for less: even descent along the radials of the sector; only then for more corners
             let mut split = BTreeSet::new();
+            let asked = straight.clone(); // neighbours share a radial: one must not split for what the other asks now
             for k in bad {
                 let ends = layout.sectors[k].radials.map(|r| (layout.radials[r].arm, layout.radials[r].corner));
-                if !ends.map(|e| straight.insert(e)).contains(&true) {
+                if ends.iter().all(|e| asked.contains(e)) {
                     split.insert(k / 2);
                 }
+                straight.extend(ends);
             }
             for &k in split.iter().rev() {
                 let piece = &pieces[k];
