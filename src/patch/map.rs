@@ -24,8 +24,9 @@ use crate::patch::layout::{Crease, Layout, Radial};
 use glam::DVec3;
 
 /// Largest speed l in units of the height left between the crease and the rim: below 2 the base profile is monotone.
-/// Measured: at 1.35 sectors up to 110° wide keep a regular map, at 1 or 1.8 less.
-pub const MOST_SPEED: f64 = 1.35;
+/// Measured: at 1.5 the 120° sectors of BCC and tetrahedral nodes keep a regular map (24 and 12 patches), at 1.35 they are
+/// split; at 1.8 those of the octet are split.
+pub const MOST_SPEED: f64 = 1.5;
 
 /// The map must keep at least this part of its mean descent everywhere.
 const LEAST_DESCENT: f64 = 0.1;
