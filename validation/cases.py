@@ -28,6 +28,7 @@ class Case:
     graph: Path | None = None  # where the lattice is, or will be written by `cell`
     cell: tuple[str, str] | None = None  # (name, repeat): made by the program
     crop: str | None = None
+    options: tuple[str, ...] = ()  # more arguments of `export`
     radius_mm: float = 1.0
     skip: tuple[str, ...] = ()  # checks left out
     limits: dict = field(default_factory=dict)  # more entries for `expected`

@@ -30,7 +30,7 @@ def mesh(path: str, radius: float) -> dict:
     gmsh.option.setNumber("General.NumThreads", 1)
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)
     gmsh.option.setNumber("Mesh.MeshSizeMax", 1.5 * radius)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", 0.1 * radius)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", 0.25 * radius)
     gmsh.model.add("solid")
     found = gmsh.model.occ.importShapes(path, highestDimOnly=False)
     gmsh.model.occ.synchronize()
