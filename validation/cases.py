@@ -28,6 +28,7 @@ class Case:
     graph: Path | None = None  # where the lattice is, or will be written by `cell`
     cell: tuple[str, str] | None = None  # (name, repeat): made by the program
     crop: str | None = None
+    options: tuple[str, ...] = ()  # more arguments of `export`
     radius_mm: float = 1.0
     skip: tuple[str, ...] = ()  # checks left out
     limits: dict = field(default_factory=dict)  # more entries for `expected`
@@ -75,12 +76,13 @@ def random_nodes(number: int, folder: Path) -> list[Case]:
 
 
 def middle_box(graph: dict, struts: int) -> str:
-    """A box about the middle of the struts that holds about so many of their middles, as `--crop` wants it."""
+    """A box about the middle of the lattice that touches about so many struts, as `--crop` wants it."""
     nodes = np.array(graph["nodes"], float)
-    middles = np.array([(nodes[s["a"]] + nodes[s["b"]]) / 2 for s in graph["struts"]])
-    centre = np.median(middles, axis=0)
+    a, b = (nodes[[s[end] for s in graph["struts"]]] for end in "ab")
+    centre = np.median((a + b) / 2, axis=0)
     half = np.maximum(np.ptp(nodes, axis=0) / 2, 1e-9)
-    reach = np.max(np.abs(middles - centre) / half, axis=1)
+    # How far the box must grow to touch each strut, from points along it.
+    reach = np.min([np.max(np.abs(a + t * (b - a) - centre) / half, axis=1) for t in np.linspace(0, 1, 9)], axis=0)
     scale = np.sort(reach)[min(struts, len(reach)) - 1]
     low, high = centre - scale * half, centre + scale * half
     return ":".join(",".join(f"{x:.6g}" for x in corner) for corner in (low, high))

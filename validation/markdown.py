@@ -125,9 +125,9 @@ def write(path: Path, results: list[dict], seconds: float) -> None:
     if crops or whole:
         lines += ["## Real lattices", ""]
     if whole:
-        lines += [*table(["lattice", "nodes", "struts", "faces", "export, s", "CPU s", "peak, MB", "file, MB", "rungs", "Rust reader", "result"],
+        lines += [*table(["lattice", "nodes", "struts", "faces", "export, s", "CPU s", "peak, MB", "file, MB", "changes and notes", "rungs", "Rust reader", "result"],
                          [[r["name"], r.get("counts", {}).get("nodes", ""), r.get("counts", {}).get("struts", ""), r.get("counts", {}).get("faces", ""),
-                           *(small(r.get("export", {}).get(k)) for k in ("wall_s", "cpu_s", "peak_mb")), f"{r.get('bytes', 0) / 1e6:.0f}",
+                           *(small(r.get("export", {}).get(k)) for k in ("wall_s", "cpu_s", "peak_mb")), f"{r.get('bytes', 0) / 1e6:.0f}", r.get("changes", ""),
                            ", ".join(f"{k}: {v}" for k, v in r.get("rungs", {}).items()), word(r, "rust_reader"),
                            "passed" if r["ok"] else "refused with a reason" if r.get("refused") else "**failed**"] for r in whole])]
     if crops:

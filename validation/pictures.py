@@ -226,9 +226,9 @@ SIGNS = (-1, 1)
 BCC = [(x, y, z) for x in SIGNS for y in SIGNS for z in SIGNS]
 FCC = [p for a in SIGNS for b in SIGNS for p in ((a, b, 0), (a, 0, b), (0, a, b))]
 NODES = {
-    "node-bcc": (star(BCC, 5.0), (28, 18)),
-    "node-octet": (star(FCC, 5.5), (25, 22)),
-    "node-irregular": (cases.star(9, 11), (40, 25)),
+    "node-bcc": (star(BCC, 3.8), (28, 18)),
+    "node-octet": (star(FCC, 3.8), (25, 22)),
+    "node-irregular": (star(cases.star(9, 11)["nodes"][1:], 7.0), (40, 25)),
 }
 
 

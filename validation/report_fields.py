@@ -45,3 +45,8 @@ def lowered(report: dict) -> list[str]:
     """Each node below the first rung with its reasons, one line a node."""
     return [f"node {entry['node']} (degree {entry['degree']}) on `{name}`: {'; '.join(entry['reasons'])}"
             for name, entries in report.get("rungs", {}).items() if isinstance(entries, list) for entry in entries]
+
+
+def changes(report: dict) -> int:
+    """How many changes to the input, or things kept in it, the report tells of."""
+    return len(report.get("changes", []))

@@ -29,6 +29,8 @@ HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
 MUST_EXPORT = ("lever",)  # of a folder of lattices: these must come out; others may be refused with a reason
 CROP_STRUTS = 1000
+# Real lattices hold struts that pass closer than their radii; kept, the solid crosses itself there and the report's `changes` says where.
+LATTICE_OPTIONS = ("--overlaps", "keep")
 BAD_INPUT = 2  # exit code of a refused lattice
 
 
@@ -69,7 +71,7 @@ def judge(case: cases.Case) -> dict:
                 return fell(result, "cell", made)
         step, report_path = stem.with_suffix(".step"), stem.with_suffix(".report.json")
         crop = ("--crop", case.crop) if case.crop else ()
-        done = program.run("export", graph_path, "-o", step, "--report", report_path, *crop)
+        done = program.run("export", graph_path, "-o", step, "--report", report_path, *crop, *case.options)
         result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
         if not done.ok:
             return fell(result, "export", done)
@@ -77,7 +79,7 @@ def judge(case: cases.Case) -> dict:
         report = json.loads(report_path.read_text())
         expected = cases.expected(case, graph, report)
         result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
-                      quality=report_fields.quality(report), lowered=report_fields.lowered(report))
+                      quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report))
     except Exception as fault:  # noqa: BLE001 - a case that cannot be made is a failed case
         result["checks"]["export"] = checks.verdict([f"{type(fault).__name__}: {fault}"])
         return finish(result, start)
@@ -149,7 +151,7 @@ def whole_lattice(path: Path) -> dict:
     result = {"name": f"{path.stem} whole", "detail": {}, "checks": {}}
     start = time.monotonic()
     step, report_path = OUT / f"{path.stem}.step", OUT / f"{path.stem}.report.json"
-    done = program.run("export", path, "-o", step, "--report", report_path)
+    done = program.run("export", path, "-o", step, "--report", report_path, *LATTICE_OPTIONS)
     result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
     if not done.ok:
         result = fell(result, "export", done)
@@ -159,7 +161,7 @@ def whole_lattice(path: Path) -> dict:
     case = cases.Case(result["name"], limits=ladder_limits(len(graph["nodes"])))
     expected = cases.expected(case, graph, report)
     result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
-                  quality=report_fields.quality(report), lowered=report_fields.lowered(report))
+                  quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report))
     result["checks"]["report"] = checks.run("report", None, expected)
     circles = 0
     with step.open("rb") as lines:
@@ -187,7 +189,7 @@ def lattice_cases(folder: Path, largest: int) -> tuple[list[Path], list[cases.Ca
         whole.append(path)
         if len(graph["struts"]) > 1.5 * CROP_STRUTS:
             radius = min(min(s["ra"], s["rb"]) for s in graph["struts"])
-            crops.append(cases.Case(f"{path.stem} crop", graph=path, crop=cases.middle_box(graph, CROP_STRUTS), radius_mm=radius,
+            crops.append(cases.Case(f"{path.stem} crop", graph=path, crop=cases.middle_box(graph, CROP_STRUTS), radius_mm=radius, options=LATTICE_OPTIONS,
                                     skip=("volume_bound", "meshable"),
                                     limits={"freecad_seconds": 7200, "self_intersection_faces": 400, "g0_allowed": 2}))
     return whole, crops

@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import checks
 import controls
 import synthetic
+import timebox
 from checks import valid
 from model import Model
 from synthetic import Fault
@@ -197,6 +198,14 @@ def test_fold():
 def test_self_intersection():
     fails("self_intersection", control("tube_through_itself"), "cuts itself", {})
     fails("self_intersection", control("overlapping_boxes"), "cuts itself", {})
+
+
+def test_time_limits_are_failures():
+    sleepy = [sys.executable, "-c", "while True: pass"]
+    assert timebox.run(sleepy, 0.5) is None
+    assert timebox.run([sys.executable, "-c", "print(1)"], 5).stdout == "1\n"
+    fails("valid", straight_node(), "no answer", told(freecad_seconds=1e-3))
+    fails("self_intersection", control("overlapping_boxes"), "cuts itself", {"self_intersection_seconds": 60})
 
 
 def test_meshable():

@@ -2,18 +2,18 @@
 
 Necessary, not sufficient: BRepCheck passes a tube swept through itself, an open shell and two overlapping boxes.
 `check(True)` adds OCC's own test for self-intersection and small edges, and grows with the square of crowded faces;
-`expected["freecad_seconds"]` boxes it (0 leaves FreeCAD out: then only OCC 8 has judged).
+`expected["freecad_seconds"]` (of CPU) boxes it (0 leaves FreeCAD out: then only OCC 8 has judged).
 """
 
 from __future__ import annotations
 
 import json
 import os
-import subprocess
 from pathlib import Path
 
 from OCP.BRepCheck import BRepCheck_Analyzer
 
+import timebox
 from checks import main, verdict
 from model import EDGE, FACE, VERTEX, load, unique
 
@@ -36,10 +36,9 @@ def in_freecad(path: Path, seconds: float, deep: bool) -> dict:
     command = [DEBIAN_PYTHON, str(HELPER), "--deep" if deep else "--shallow", str(path)]
     environment = {**os.environ, "PYTHONPATH": FREECAD_LIB}
     environment.pop("PYTHONHOME", None)
-    try:
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=seconds)
-    except subprocess.TimeoutExpired:
-        return {"error": f"no answer in {seconds:g} s"}
+    done = timebox.run(command, seconds, env=environment)
+    if done is None:
+        return {"error": f"no answer in {seconds:g} CPU s"}
     lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
     if not lines:
         return {"error": f"exit code {done.returncode}: {(done.stderr or done.stdout).strip()[-300:]}"}
