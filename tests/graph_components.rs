@@ -4,7 +4,7 @@ use glam::DVec3;
 use lattice_brep::graph::catalogue::{Cell, generate};
 use lattice_brep::graph::components::{ComponentId, ComponentSize, components};
 use lattice_brep::graph::{Graph, Strut};
-use lattice_brep::ids::NodeId;
+use lattice_brep::ids::{NodeId, StrutId};
 
 fn graph(nodes: u32, ends: &[(u32, u32)]) -> Graph {
     let strut = |&(a, b): &(u32, u32)| Strut { a: NodeId(a), b: NodeId(b), ra: 1.0, rb: 1.0 };
@@ -27,4 +27,14 @@ fn genus_counts_independent_loops() {
     assert_eq!(genus(&graph(4, &[(0, 1), (1, 2), (1, 3)])), [0]);
     assert_eq!(genus(&graph(6, &[(0, 1), (1, 2), (2, 0), (3, 4), (4, 5)])), [1, 0]);
     assert_eq!(genus(&generate(Cell::Cubic, 1.0, [1, 1, 1], 0.1).unwrap()), [5]);
+}
+
+#[test]
+fn members_are_listed_by_part_in_ascending_order() {
+    let strut = |a, b| Strut { a: NodeId(a), b: NodeId(b), ra: 1.0, rb: 1.0 };
+    let graph = Graph::new(vec![DVec3::ZERO; 6], vec![strut(5, 1), strut(0, 4), strut(1, 2)]);
+    let found = components(&graph).members();
+    assert_eq!(found.len(), 2);
+    assert_eq!((&found[0].nodes[..], &found[0].struts[..]), (&[NodeId(1), NodeId(2), NodeId(5)][..], &[StrutId(0), StrutId(2)][..]));
+    assert_eq!((&found[1].nodes[..], &found[1].struts[..]), (&[NodeId(0), NodeId(4)][..], &[StrutId(1)][..]));
 }

@@ -102,7 +102,7 @@ def failures(results: list[dict]) -> list[str]:
     return ["## What failed", "", *(lines or ["Nothing."]), ""]
 
 
-def write(path: Path, results: list[dict], seconds: float) -> None:
+def write(path: Path, results: list[dict]) -> None:
     random = [r for r in results if r["name"].startswith("random")]
     crops = [r for r in results if r["name"].endswith(" crop")]
     whole = [r for r in results if r["name"].endswith(" whole")]
@@ -110,7 +110,7 @@ def write(path: Path, results: list[dict], seconds: float) -> None:
     version = next((freecad(r)["version"] for r in results if "version" in freecad(r)), "FreeCAD")
     lines = [
         "# Validation report", "",
-        f"Written by `validation/run` in {seconds / 60:.0f} minutes. Judges: build123d (OCC 8), {version}, gmsh (its own OCC), manifold3d for the bound on "
+        f"Written by `validation/run`. Judges: build123d (OCC 8), {version}, gmsh (its own OCC), manifold3d for the bound on "
         "the volume. No commercial CAD has been run. Angles are measured from the files by sampling both faces of every edge, not taken from us.", "",
         "## Unit cells", "", f"Size {10} mm, radius 0.5 mm.", "", *solids(other), *smoothness(other),
     ]

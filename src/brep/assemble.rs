@@ -4,11 +4,11 @@
 //! Each point is computed once, as `node + radius · p`, and shared by index from then on, so the
 //! border rows of patches and the edges between them stay equal bit for bit.
 
-use super::components::{Component, components};
 use super::error::BrepError;
 use super::model::{Circle, Curve, Label, Model, Solid, SplineCurve, SplineSurface, Surface, to_truck};
 use super::rim_map::{self, RimMap};
 use super::seam::{self, Seam};
+use crate::graph::components::{Members, components};
 use crate::graph::{Arm, End, Graph};
 use crate::ids::{NodeId, StrutId};
 use crate::math::nurbs::NurbsCurve;
@@ -45,7 +45,7 @@ const RADIUS_TOLERANCE: f64 = 1e-12;
 pub fn assemble(graph: &Graph, skins: &[Option<Skin>], options: &AssembleOptions) -> Result<Model, Vec<BrepError>> {
     let mut solids = vec![];
     let mut faults = vec![];
-    for component in components(graph) {
+    for component in components(graph).members() {
         match Builder::new(graph, skins, options.caps).solid(component) {
             Ok(solid) => solids.push(solid),
             Err(fault) => faults.push(fault),
@@ -115,8 +115,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn solid(mut self, component: Component) -> Result<Solid, BrepError> {
-        let Component { nodes, struts } = component;
+    fn solid(mut self, component: Members) -> Result<Solid, BrepError> {
+        let Members { nodes, struts } = component;
         // Vertices: those of the skins, node by node, then those of the seams and caps.
         let mut first_vertex = vec![];
         for &node in &nodes {

@@ -5,7 +5,6 @@
 //! cylinders and circles, ids that depend on the graph alone. Each promise has its own check.
 
 pub mod assemble;
-pub mod components;
 pub mod continuity;
 pub mod error;
 pub mod measure;

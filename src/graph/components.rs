@@ -1,6 +1,7 @@
 //! Connected parts of a graph: each becomes one solid. Numbered by their smallest strut id.
 
 use super::{Graph, Strut};
+use crate::ids::{NodeId, StrutId};
 
 /// A connected part of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,10 +39,31 @@ pub struct Components {
     pub sizes: Vec<ComponentSize>,
 }
 
+/// The members of a connected part, ids ascending.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Members {
+    pub nodes: Vec<NodeId>,
+    pub struts: Vec<StrutId>,
+}
+
 impl Components {
     /// Number of parts.
     pub fn count(&self) -> usize {
         self.sizes.len()
+    }
+
+    /// The members of each part, indexed by `ComponentId`.
+    pub fn members(&self) -> Vec<Members> {
+        let mut members = vec![Members::default(); self.count()];
+        for (n, id) in self.of_node.iter().enumerate() {
+            if let Some(id) = id {
+                members[id.index()].nodes.push(NodeId(n as u32));
+            }
+        }
+        for (k, id) in self.of_strut.iter().enumerate() {
+            members[id.index()].struts.push(StrutId(k as u32));
+        }
+        members
     }
 }
 

@@ -299,7 +299,8 @@ impl Survey {
 
     fn known_fields(&mut self, prefix: &str, object: &serde_json::Map<String, Value>, known: &[&str]) {
         for key in object.keys().filter(|key| !known.contains(&key.as_str())) {
-            let path = format!("{prefix}{}", shortened(&key.escape_debug().to_string()));
+            let name = if key.is_empty() { "\"\"".to_owned() } else { shortened(&key.escape_debug().to_string()) };
+            let path = format!("{prefix}{name}");
             self.faults.push(Fault::new(path, "an unknown field", format!("only {}", known.join(", "))));
         }
     }
