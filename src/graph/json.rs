@@ -165,7 +165,7 @@ fn first_fault(path: &str, error: &serde_json::Error) -> Fault {
         serde_json::error::Category::Data => "the form that `lattice-brep schema` prints",
         _ => "JSON",
     };
-    Fault::new(path, error.to_string(), wanted)
+    Fault::new(if path.is_empty() { "document" } else { path }, error.to_string(), wanted)
 }
 
 /// `NaN`, `Infinity` and numbers beyond the range of a double are not JSON, but programs write them.
