@@ -84,6 +84,11 @@ def middle_box(graph: dict, struts: int) -> str:
     # How far the box must grow to touch each strut, from points along it.
     reach = np.min([np.max(np.abs(a + t * (b - a) - centre) / half, axis=1) for t in np.linspace(0, 1, 9)], axis=0)
     scale = np.sort(reach)[min(struts, len(reach)) - 1]
+    # No wall of the box close to a node: just inside it, the node's struts would be cut where they still overlap.
+    walls = np.abs(nodes - centre) / half
+    choices = scale * np.linspace(0.9, 1.05, 301)
+    clear = [np.min(np.abs(walls - c) * half) for c in choices]
+    scale = choices[int(np.argmax(clear))]
     low, high = centre - scale * half, centre + scale * half
     return ":".join(",".join(f"{x:.6g}" for x in corner) for corner in (low, high))
 

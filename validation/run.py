@@ -23,6 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import cases
 import checks
+import checks.valid  # loads OCC once, before the workers are forked, and makes their common lock
 import program
 import report_fields
 
@@ -72,7 +73,7 @@ def judge(case: cases.Case) -> dict:
             if not made.ok:
                 return fell(result, "cell", made)
         step, report_path = stem.with_suffix(".step"), stem.with_suffix(".report.json")
-        crop = ("--crop", case.crop) if case.crop else ()
+        crop = (f"--crop={case.crop}",) if case.crop else ()
         done = program.run("export", graph_path, "-o", step, "--report", report_path, *crop, *case.options)
         result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
         if not done.ok:
