@@ -105,6 +105,22 @@ fn components_become_solids() {
 }
 
 #[test]
+fn connected_order_never_starts_a_second_island() {
+    let model = build(&long(), &SPHERE);
+    let solid = &model.solids[0];
+    let order = topology::connected_order(solid);
+    let mut held = std::collections::HashSet::new();
+    for (k, &f) in order.iter().enumerate() {
+        let edges: Vec<_> = solid.faces()[f].boundaries[0].iter().map(|e| e.index).collect();
+        assert!(k == 0 || edges.iter().any(|e| held.contains(e)), "face {f} at place {k}");
+        held.extend(edges);
+    }
+    let mut sorted = order.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, (0..solid.faces().len()).collect::<Vec<_>>());
+}
+
+#[test]
 fn names_of_faces() {
     let model = build(&long(), &AssembleOptions::default());
     let names: Vec<_> = model.solids[0].labels.iter().map(|l| l.to_string()).collect();

@@ -102,3 +102,33 @@ pub fn accepted_by_truck(index: usize, solid: &Solid) -> Result<(), BrepError> {
         Err(reason) => Err(BrepError::Truck { solid: index, reason: reason.to_string() }),
     }
 }
+
+/// All faces, breadth first over shared edges from the first face on: each but the first of a
+/// connected shell shares an edge with one before it.
+pub fn connected_order(solid: &Solid) -> Vec<usize> {
+    let shell = solid.shell();
+    let loops = |f: usize| shell.faces[f].boundaries.iter().flatten();
+    let mut of_edge: Vec<[usize; 2]> = vec![[usize::MAX; 2]; shell.edges.len()];
+    for f in 0..shell.faces.len() {
+        for e in loops(f) {
+            of_edge[e.index][e.orientation as usize] = f;
+        }
+    }
+    let mut seen = vec![false; shell.faces.len()];
+    let mut order: Vec<usize> = Vec::with_capacity(shell.faces.len());
+    for start in 0..shell.faces.len() {
+        let mut next = order.len();
+        if !std::mem::replace(&mut seen[start], true) {
+            order.push(start);
+        }
+        while next < order.len() {
+            for &f in loops(order[next]).flat_map(|e| &of_edge[e.index]) {
+                if f != usize::MAX && !std::mem::replace(&mut seen[f], true) {
+                    order.push(f);
+                }
+            }
+            next += 1;
+        }
+    }
+    order
+}
