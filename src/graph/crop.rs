@@ -1,9 +1,10 @@
 //! Crop a graph to a box: for looking at, or judging, a block of a large lattice.
 //!
 //! - A strut with both nodes in the box (faces included) stays.
-//! - A strut with one node in the box is cut where it leaves, and ends there in a new node of degree 1. Where less than
-//!   `room` is left of it, the cut end would lie within the node's own blend: then the whole strut stays, up to
-//!   its other node, outside. Where less than its radius is left, it is dropped: a block cut through a plane of nodes shows no stubs.
+//! - A strut with one node in the box is cut where it leaves, but at its middle at the latest, and ends there in a new node of
+//!   degree 1: beyond the middle, the cut ends of struts that run to one outer node would overlap. Where less than `room` is left
+//!   of it, the cut end would lie within the node's own blend: then it is cut at `room`, outside the box, or stays whole where
+//!   that is most of it. Where less than its radius is left, it is dropped: a block cut through a plane of nodes shows no stubs.
 //! - A strut with no node in the box is dropped, even where it passes through: a loose piece belongs to no node.
 //! - Nodes left without struts are dropped. Nodes keep their order; new nodes follow, in the order of their struts.
 //!
@@ -23,6 +24,9 @@ pub struct Cropped {
     /// The original of each strut, indexed by the new `StrutId`.
     pub struts: Vec<StrutId>,
 }
+
+/// A strut that keeps more than this part of its length stays whole.
+const MOST_CUT: f64 = 0.9;
 
 /// What becomes of one strut.
 enum Fate {
@@ -67,7 +71,7 @@ pub fn crop(graph: &Graph, min: DVec3, max: DVec3) -> Cropped {
         let (p, q) = (graph.nodes()[s.a.index()], graph.nodes()[s.b.index()]);
         let mut end = |t: f64, old: NodeId| {
             new_id[old.index()].filter(|_| t == 0.0 || t == 1.0).unwrap_or_else(|| {
-                places.push(p.lerp(q, t).clamp(min, max));
+                places.push(p.lerp(q, t));
                 nodes.push(None);
                 NodeId(places.len() as u32 - 1)
             })
@@ -85,7 +89,8 @@ fn fate(graph: &Graph, strut: StrutId, min: DVec3, max: DVec3) -> Fate {
     let (p, q) = (graph.nodes()[s.a.index()], graph.nodes()[s.b.index()]);
     let inside = |p: DVec3| p.cmpge(min).all() && p.cmple(max).all();
     let Some((from, to)) = clip(p, q, min, max) else { return Fate::Dropped };
-    let left = (to - from) * graph.length(strut);
+    let length = graph.length(strut);
+    let left = (to - from) * length;
     let radius = s.ra.max(s.rb);
     let end = match (inside(p), inside(q)) {
         (true, true) => return Fate::Whole,
@@ -94,13 +99,13 @@ fn fate(graph: &Graph, strut: StrutId, min: DVec3, max: DVec3) -> Fate {
         (false, true) => End::B,
     };
     if left < radius {
-        Fate::Dropped
-    } else if left < room(graph, Arm { strut, end }) {
-        Fate::Whole
-    } else if end == End::A {
-        Fate::Cut(0.0, to)
-    } else {
-        Fate::Cut(from, 1.0)
+        return Fate::Dropped;
+    }
+    let kept = left.min(0.5 * length).max(room(graph, Arm { strut, end })) / length;
+    match end {
+        _ if kept > MOST_CUT => Fate::Whole,
+        End::A => Fate::Cut(0.0, if kept * length == left { to } else { kept }),
+        End::B => Fate::Cut(if kept * length == left { from } else { 1.0 - kept }, 1.0),
     }
 }
 
