@@ -19,7 +19,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 /// Weight of the thin-plate energy, in r². Measured: at 1e-5 and above the fit error grows, below 1e-7 thin sectors ripple.
-const FAIRNESS: f64 = 1e-5;
+const FAIRNESS: f64 = 1e-6;
 
 /// The steepest film (cosine between normal and ray) that still counts in full.
 const LEAST_FACING: f64 = 0.05;
