@@ -6,15 +6,13 @@
 
 use super::error::BrepError;
 use super::model::{Circle, Curve, Label, Model, Solid, SplineCurve, SplineSurface, Surface, to_truck};
-use super::rim_map::{self, RimMap};
+use super::rim_map::map_rims;
 use super::seam::{self, Seam};
 use crate::graph::components::{Members, components};
 use crate::graph::{Arm, End, Graph};
 use crate::ids::{NodeId, StrutId};
-use crate::math::nurbs::NurbsCurve;
 use crate::patch::{Patch, Skin, SkinCurve};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use truck_topology::compress::{CompressedEdge, CompressedEdgeIndex, CompressedFace, CompressedShell, CompressedSolid};
 
@@ -468,45 +466,6 @@ fn arc_middle(center: DVec3, axis: DVec3, [from, to]: [DVec3; 2]) -> DVec3 {
     let half = if angle == 0.0 { 0.5 * TAU } else { 0.5 * angle };
     let x = start * half.cos() + side * half.sin();
     x.reject_from_normalized(axis).normalize()
-}
-
-/// Fit where each rim arc runs on its patch.
-fn map_rims(solid: &mut Solid) {
-    let maps = |face: &CompressedFace<Surface>| -> Vec<RimMap> {
-        let Surface::Spline(s) = &face.surface else { return vec![] };
-        let edges = &solid.shell().edges;
-        let arcs = face.boundaries[0].iter().take(s.sides[0] as usize).map(|e| &edges[e.index]);
-        let map = |edge: &CompressedEdge<Curve>| {
-            let Curve::Arc(circle) = edge.curve else { return None };
-            let circle = &solid.circles[circle];
-            let border = border_row(solid, s, circle.center);
-            let (front, back) = edge.vertices;
-            let arc = rim_map::azimuths(circle, [front, back].map(|v| solid.points[v]));
-            let [low, high] = border.domain();
-            let jet = border.jet1(0.5 * (low + high));
-            let along = circle.axis.cross(jet.p).dot(jet.d) > 0.0;
-            let v = s.knots[1][0];
-            Some(rim_map::fit(&border, circle, arc, if along { [low, high] } else { [high, low] }, v))
-        };
-        arcs.filter_map(map).collect()
-    };
-    let all: Vec<_> = solid.faces().par_iter().map(maps).collect();
-    for (face, maps) in solid.brep.boundaries[0].faces.iter_mut().zip(all) {
-        if let Surface::Spline(s) = &mut face.surface {
-            s.rim = maps;
-        }
-    }
-}
-
-/// The row v = 0 of a patch, about `origin` (mm).
-fn border_row(solid: &Solid, s: &SplineSurface, origin: DVec3) -> NurbsCurve {
-    let columns = s.knots[1].len() - s.degree[1] - 1;
-    NurbsCurve {
-        degree: s.degree[0],
-        knots: s.knots[0].clone(),
-        points: s.points.iter().step_by(columns).map(|&i| solid.points[i as usize] - origin).collect(),
-        weights: s.weights.iter().step_by(columns).copied().collect(),
-    }
 }
 
 /// The arc whose inside holds the seam: the one whose start lies least far behind it, in the

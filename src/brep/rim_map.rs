@@ -7,9 +7,12 @@
 //! tolerance. So it is computed here and written with the file: one polynomial in Bernstein form,
 //! through Chebyshev-Lobatto points, of the lowest degree that is good enough.
 
-use super::model::Circle;
+use super::model::{Circle, Curve, Solid, SplineSurface, Surface};
 use crate::math::nurbs::NurbsCurve;
+use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use truck_topology::compress::{CompressedEdge, CompressedFace};
 
 /// Largest distance between the mapped point and the circle's point, in radii. Well below the
 /// 1e-7 mm of readers for any radius up to 30 mm; round-off stays below 1e-13.
@@ -33,8 +36,47 @@ pub struct RimMap {
     pub v: f64,
 }
 
+/// Fit where each rim arc of a solid runs on its patch: fills `SplineSurface::rim`.
+pub fn map_rims(solid: &mut Solid) {
+    let maps = |face: &CompressedFace<Surface>| -> Vec<RimMap> {
+        let Surface::Spline(s) = &face.surface else { return vec![] };
+        let edges = &solid.shell().edges;
+        let arcs = face.boundaries[0].iter().take(s.sides[0] as usize).map(|e| &edges[e.index]);
+        let map = |edge: &CompressedEdge<Curve>| {
+            let Curve::Arc(circle) = edge.curve else { return None };
+            let circle = &solid.circles[circle];
+            let border = border_row(solid, s, circle.center);
+            let (front, back) = edge.vertices;
+            let arc = azimuths(circle, [front, back].map(|v| solid.points[v]));
+            let [low, high] = border.domain();
+            let jet = border.jet1(0.5 * (low + high));
+            let along = circle.axis.cross(jet.p).dot(jet.d) > 0.0;
+            let v = s.knots[1][0];
+            Some(fit(&border, circle, arc, if along { [low, high] } else { [high, low] }, v))
+        };
+        arcs.filter_map(map).collect()
+    };
+    let all: Vec<_> = solid.faces().par_iter().map(maps).collect();
+    for (face, maps) in solid.brep.boundaries[0].faces.iter_mut().zip(all) {
+        if let Surface::Spline(s) = &mut face.surface {
+            s.rim = maps;
+        }
+    }
+}
+
+/// The row v = 0 of a patch, about `origin` (mm).
+fn border_row(solid: &Solid, s: &SplineSurface, origin: DVec3) -> NurbsCurve {
+    let columns = s.knots[1].len() - s.degree[1] - 1;
+    NurbsCurve {
+        degree: s.degree[0],
+        knots: s.knots[0].clone(),
+        points: s.points.iter().step_by(columns).map(|&i| solid.points[i as usize] - origin).collect(),
+        weights: s.weights.iter().step_by(columns).copied().collect(),
+    }
+}
+
 /// Azimuths of an arc's two ends, the first in [0, 2π), the second above it by at most 2π.
-pub fn azimuths(circle: &Circle, ends: [glam::DVec3; 2]) -> [f64; 2] {
+pub fn azimuths(circle: &Circle, ends: [DVec3; 2]) -> [f64; 2] {
     let [a, b] = ends.map(|p| circle.azimuth(p - circle.center).rem_euclid(TAU));
     [a, if b > a { b } else { b + TAU }]
 }
@@ -190,7 +232,6 @@ fn eliminate(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     const CIRCLE: Circle = Circle { center: DVec3::ZERO, axis: DVec3::Z, x: DVec3::X, radius: 1.0 };
 
