@@ -16,8 +16,6 @@ pub struct Quality {
     /// Largest and mean distance between skin and film, along the film's normal.
     pub deviation: f64,
     pub mean_deviation: f64,
-    /// Largest angle between the skin's normal and the film's, degrees.
-    pub tilt: f64,
 }
 
 /// Samples along each edge, and per direction inside each patch.
@@ -82,7 +80,6 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
                     let off = (jet.p.length() - hit.distance).abs() * hit.normal.dot(ray).max(0.0);
                     raise(&mut q.deviation, off);
                     q.mean_deviation += off;
-                    raise(&mut q.tilt, degrees(normal, hit.normal));
                     count += 1.0;
                 }
             }
