@@ -92,7 +92,7 @@ fn reported_quality_is_what_is_measured() {
 
 #[test]
 fn checks_refuse_folds_jumps_strangers_and_nan() {
-    let good = check::Quality { jump: 0.0, rim_jump: 0.0, facing: 0.5, deviation: 0.01, mean_deviation: 0.001, tilt: 1.0 };
+    let good = check::Quality { jump: 0.0, rim_jump: 0.0, facing: 0.5, deviation: 0.01, mean_deviation: 0.001 };
     check::accept(&good).unwrap();
     for (bad, word) in [
         (check::Quality { jump: 0.06, ..good }, "jump"),
