@@ -30,7 +30,7 @@ pub struct NurbsSurface {
 }
 
 /// Highest degree that evaluation supports (the basis lives on the stack).
-pub const MAX_DEGREE: usize = 9;
+pub const MAX_DEGREE: usize = 11;
 
 /// The `degree + 1` basis functions that do not vanish on one knot span: `[0]` values,
 /// `[1]` first and `[2]` second derivatives.

@@ -1,14 +1,20 @@
-//! Spherical Voronoi cells of the strut directions. Luo & Zou 2025, section 3.3.1, figure 6.
+//! Spherical Voronoi cells of the strut directions. Luo & Zou 2025, section 3.3.1, figure 6; with unequal radii
+//! a Laguerre diagram, the project's own step.
+//!
+//! Each strut has a weight `A`; its cell is where `A c·u` is largest, so cells meet in planes through the node. Weights 1 give
+//! Voronoi cells. `A = 1 / cos ρ` gives the Laguerre diagram of caps of radius ρ, whose cells contain their caps as long as
+//! these are disjoint (`weights`).
 //!
 //! Differs from the paper (Fortune's algorithm) and from the dual of the convex hull: each side is found by
-//! itself, as the part of the bisector circle of two struts where no third strut is nearer. On that circle
+//! itself, as the part of the plane's circle between two cells where no third strut is nearer. On that circle
 //! each other strut rules out one half circle, so a side is an intersection of half circles; that holds for
 //! flat, half-space, cubic and two-strut nodes alike, with no special case. Corners that fall together within
 //! `SNAP` become one, so the corner of a cubic lattice, where four cells meet, stays one corner.
 //! Tests hold the result against the convex hull.
 //!
-//! Each side is written in its own frame: `φ` is the azimuth about both struts from the plane that holds them,
-//! and `y(φ) = h(φ) c_i + e_i(φ)`, `h = cos φ cot(θ/2)`, runs along the crease of the two unit cylinders.
+//! Each side is written in its own frame: `y(φ) = cos φ M + sin φ n` runs along the crease, `M` in the plane of both
+//! struts and scaled so that `φ` is the azimuth about both where their weights are equal; `y` then is the
+//! crease of the two unit cylinders. With unequal weights the azimuth φ_k about strut k has `tan φ_k = tan φ / λ_k`.
 
 use crate::node::star::{Star, angle, perpendicular};
 use glam::DVec3;
@@ -18,6 +24,9 @@ use std::f64::consts::PI;
 /// usual models; the skin's tangent planes are then off by up to about this angle, far below 0.1°.
 pub const SNAP: f64 = 5e-5;
 
+/// A cell must reach beyond its cap by this share of the cap's angle, or the diagram of the caps themselves is taken. Guessed.
+const CAP_ROOM: f64 = 0.02;
+
 /// No arc of a side is wider than this (radians): wider ones are split by extra corners. One rational patch
 /// then spans at most a third of a turn. A little above it, so that tetrahedral and body-centred nodes, whose sides
 /// are a third of a turn wide, are not split by round-off.
@@ -26,12 +35,14 @@ pub const WIDEST: f64 = 2.0 * PI / 3.0 + 1e-6;
 /// The cells of one node: corners and the sides between them.
 #[derive(Clone, Debug, Default)]
 pub struct Cells {
-    /// Points where cells meet: direction scaled so that its distance from the axis of the neighbouring struts is 1
-    /// (a point on the crease of unit cylinders).
+    /// Points where cells meet: direction scaled so that its distance from the axis of a neighbouring strut is 1;
+    /// with equal weights from all of them (a point on the crease of unit cylinders).
     pub corners: Vec<DVec3>,
     pub sides: Vec<Side>,
     /// Per arm: its sides in counter-clockwise order about the axis, as (side, which of the side's two arms).
     pub around: Vec<Vec<(usize, usize)>>,
+    /// All weights are equal: Voronoi cells.
+    pub uniform: bool,
 }
 
 /// The common border of two cells (or a part of it where a wide border was split).
@@ -42,7 +53,7 @@ pub struct Side {
     /// Corner at the start and at the end; φ grows from the first to the second.
     pub corners: [usize; 2],
     pub frame: Frame,
-    /// Azimuth of the start and of the end, radians, `phi[0] < phi[1]`; the same about both struts.
+    /// Parameter φ of the start and of the end, radians, `phi[0] < phi[1]`: the azimuth about both struts where weights are equal.
     pub phi: [f64; 2],
 }
 
@@ -57,32 +68,76 @@ pub struct Frame {
     pub n: DVec3,
     /// Angle between the struts, radians.
     pub theta: f64,
+    /// cot α_k: height of the crease over its distance from strut k, in the plane of both; α_k is the angle between them.
+    pub height: [f64; 2],
+    /// λ_k: distance of `M` from strut k. Their product is 1.
+    pub wide: [f64; 2],
 }
 
 impl Frame {
-    pub fn new(a: DVec3, b: DVec3) -> Frame {
+    /// The frame of two struts with weights.
+    pub fn new([a, b]: [DVec3; 2], [wa, wb]: [f64; 2]) -> Frame {
         let theta = angle(a, b);
         let cross = a.cross(b);
         // Opposite struts: any plane through them serves.
         let n = if cross.length() > 1e-9 { cross.normalize() } else { a.cross(perpendicular(a)).normalize() };
-        Frame { c: [a, b], e: [n.cross(a), b.cross(n)], n, theta }
+        let (height, wide) = if wa == wb {
+            ([1.0 / (0.5 * theta).tan(); 2], [1.0; 2])
+        } else {
+            // cos α_a A_a = cos α_b A_b, α_a + α_b = θ
+            let (sin, cos) = theta.sin_cos();
+            let height = [sin / (wa / wb - cos), sin / (wb / wa - cos)];
+            let sines = height.map(|h| 1.0 / h.hypot(1.0));
+            (height, [(sines[0] / sines[1]).sqrt(), (sines[1] / sines[0]).sqrt()])
+        };
+        Frame { c: [a, b], e: [n.cross(a), b.cross(n)], n, theta, height, wide }
     }
 
-    /// cot(θ/2): the height of the crease above the node at azimuth 0.
-    pub fn height(&self) -> f64 {
-        1.0 / (0.5 * self.theta).tan()
-    }
-
-    /// The crease of the two unit cylinders at azimuth `phi`.
+    /// The crease at φ.
     pub fn crease(&self, phi: f64) -> DVec3 {
         let (sin, cos) = phi.sin_cos();
-        self.height() * cos * self.c[0] + cos * self.e[0] + sin * self.n
+        let cos = self.wide[0] * cos;
+        self.height[0] * cos * self.c[0] + cos * self.e[0] + sin * self.n
     }
 
     /// The azimuth about arm `k` (0 or 1) of a direction.
     pub fn azimuth(&self, k: usize, y: DVec3) -> f64 {
         y.dot(self.n).atan2(y.dot(self.e[k]))
     }
+
+    /// φ of a direction on the crease, by its azimuth about arm `k`.
+    fn parameter(&self, k: usize, y: DVec3) -> f64 {
+        y.dot(self.n).atan2(y.dot(self.e[k]) / self.wide[k])
+    }
+}
+
+/// Weights of the struts' cells. Equal radii whose Voronoi cells hold the caps: all 1. Else the Laguerre diagram of caps at one
+/// common distance, the least at which no two meet; where a real cap leaves its cell of that diagram, that of the real caps.
+fn weights(star: &Star) -> Vec<f64> {
+    let n = star.degree();
+    let caps: Vec<f64> = (0..n).map(|i| star.cap(i)).collect();
+    let even = if star.is_uniform() { vec![1.0; n] } else { common(star) };
+    let hold = |i: usize, j: usize| {
+        let frame = Frame::new([star.axes[i], star.axes[j]], [even[i], even[j]]);
+        // angle from each axis to the plane between the cells
+        [(i, 0), (j, 1)].iter().all(|&(k, which)| 1.0f64.atan2(frame.height[which]) > caps[k] * (1.0 + CAP_ROOM))
+    };
+    if (0..n).all(|i| (i + 1..n).all(|j| hold(i, j))) { even } else { caps.iter().map(|c| 1.0 / c.cos()).collect() }
+}
+
+/// Weights of caps at the least common distance at which no two of them meet: r_i / D = tan ρ_i, ρ_i + ρ_j <= θ_ij.
+fn common(star: &Star) -> Vec<f64> {
+    // opposite struts alone would make it 0: all caps a half sphere
+    let mut distance = 1e-3f64;
+    for (i, &a) in star.axes.iter().enumerate() {
+        for (j, &b) in star.axes.iter().enumerate().skip(i + 1) {
+            // tan(ρ_i + ρ_j) = tan θ is quadratic in D
+            let (sum, product, theta) = (star.radii[i] + star.radii[j], star.radii[i] * star.radii[j], angle(a, b));
+            let (sin, cos) = theta.sin_cos();
+            distance = distance.max((sum * cos + (sum * sum * cos * cos + 4.0 * sin * sin * product).sqrt()) / (2.0 * sin.max(1e-12)));
+        }
+    }
+    star.radii.iter().map(|r| (r / distance).hypot(1.0)).collect()
 }
 
 /// A part of a bisector circle: start and end azimuth, end in (start, start + 2π].
@@ -92,12 +147,13 @@ impl Cells {
     /// Cells of a node with two struts or more.
     pub fn new(star: &Star) -> Result<Cells, String> {
         let axes = &star.axes;
+        let weights = weights(star);
         let mut corners = Vec::new(); // directions of all arc ends, before they are joined
         let mut sides = Vec::new();
         for i in 0..axes.len() {
             for j in i + 1..axes.len() {
-                let frame = Frame::new(axes[i], axes[j]);
-                let Some(arc) = side_arc(axes, i, j, &frame) else { continue };
+                let frame = Frame::new([axes[i], axes[j]], [weights[i], weights[j]]);
+                let Some(arc) = side_arc(axes, &weights, i, j, &frame) else { continue };
                 let cuts = split(arc);
                 for w in cuts.windows(2) {
                     let at = corners.len();
@@ -112,7 +168,7 @@ impl Cells {
             side.corners = side.corners.map(|k| place[k]);
         }
         sides.retain(|s| s.corners[0] != s.corners[1]);
-        let mut cells = Cells { corners: joined, sides, around: vec![Vec::new(); axes.len()] };
+        let mut cells = Cells { corners: joined, sides, around: vec![Vec::new(); axes.len()], uniform: weights.iter().all(|&w| w == weights[0]) };
         cells.order(axes)?;
         cells.scale_corners();
         Ok(cells)
@@ -165,17 +221,17 @@ impl Cells {
                     self.corners[k] = dir / dir.cross(side.frame.c[0]).length();
                     scaled[k] = true;
                 }
-                // mean of the azimuths about both struts: they agree unless corners were joined
+                // mean of φ by both struts: they agree unless corners were joined
                 let near = |a: f64| a + 2.0 * PI * ((side.phi[end] - a) / (2.0 * PI)).round();
-                side.phi[end] = 0.5 * (near(side.frame.azimuth(0, dir)) + near(side.frame.azimuth(1, dir)));
+                side.phi[end] = 0.5 * (near(side.frame.parameter(0, dir)) + near(side.frame.parameter(1, dir)));
             }
         }
     }
 }
 
-/// The part of the bisector circle of struts i and j where no other strut is nearer.
-fn side_arc(axes: &[DVec3], i: usize, j: usize, frame: &Frame) -> Option<Arc> {
-    let mid = frame.height() * axes[i] + frame.e[0];
+/// The part of the circle between the cells of struts i and j where no other strut is nearer.
+fn side_arc(axes: &[DVec3], weights: &[f64], i: usize, j: usize, frame: &Frame) -> Option<Arc> {
+    let mid = frame.wide[0] * (frame.height[0] * axes[i] + frame.e[0]);
     let mut arc: Arc = [-PI, PI];
     let mut whole = true;
     for (k, &c) in axes.iter().enumerate() {
@@ -183,7 +239,8 @@ fn side_arc(axes: &[DVec3], i: usize, j: usize, frame: &Frame) -> Option<Arc> {
             continue;
         }
         // strut k is no nearer than i where p cos φ + q sin φ <= 0
-        let (p, q) = ((c - axes[i]).dot(mid), (c - axes[i]).dot(frame.n));
+        let apart = weights[k] * c - weights[i] * axes[i];
+        let (p, q) = (apart.dot(mid), apart.dot(frame.n));
         if p.hypot(q) < 1e-12 {
             continue;
         }

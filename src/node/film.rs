@@ -30,7 +30,7 @@ pub struct Control {
     pub points: Vec<DVec3>,
     /// Free to move in fairing.
     pub free: Vec<bool>,
-    /// Outward cylinder normal of rim vertices and their 1-ring (figure 11b), none elsewhere.
+    /// Outward normal of the strut at rim vertices and their 1-ring (figure 11b), none elsewhere.
     pub normals: Vec<Option<DVec3>>,
     pub triangles: Triangles,
     /// Place on its rim circle, for rim vertices.
@@ -73,7 +73,7 @@ pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
         crease.push(row);
     }
     for (arm, ring) in cells.around.iter().enumerate() {
-        let (c, cut) = (star.axes[arm], star.cuts[arm]);
+        let (c, cut, rim_radius) = (star.axes[arm], star.cuts[arm], star.rim_radius(arm));
         // the cell's outline counter-clockwise: crease vertices, without repeating the corner between sides
         let mut outline: Vec<usize> = Vec::new();
         for &(side, which) in ring {
@@ -92,11 +92,18 @@ pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
                     .map(|&v| {
                         let top = mesh.points[v];
                         let out = (top - top.dot(c) * c).normalize();
-                        // linear from the rim to the crease point, then onto the cylinder (the sphere behind the node)
-                        let p = (cut * c + out).lerp(top, f);
+                        // linear from the rim to the crease point, then onto the cylinder (the sphere behind the node);
+                        // where a thinner strut may lie inside its neighbour, onto the original shape
+                        let p = (cut * c + rim_radius * out).lerp(top, f);
                         let height = p.dot(c);
-                        let p = if height >= 0.0 { height * c + out } else { p.normalize() };
-                        let normal = (layer <= 1).then_some(out);
+                        let p = if !cells.uniform {
+                            if layer == 0 { p } else { on_shape(p) }
+                        } else if height >= 0.0 {
+                            height * c + out
+                        } else {
+                            p.normalize()
+                        };
+                        let normal = (layer <= 1).then_some(star.normal(arm, out));
                         let rim = (layer == 0).then_some(Rim { arm: arm as u32 });
                         mesh.push(p, layer >= FIXED_ROWS, normal, rim)
                     })

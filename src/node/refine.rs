@@ -33,7 +33,7 @@ struct State {
     rims: Vec<Option<Rim>>,
 }
 
-/// Figure 11b: cylinder normals on rims and their 1-ring, elsewhere the mean of the unit normals of the facets.
+/// Figure 11b: the struts' normals on rims and their 1-ring, elsewhere the mean of the unit normals of the facets.
 fn initial_normals(control: &Control) -> Vec<DVec3> {
     let mean = facet_means(&control.points, &control.triangles, |_| 1.0);
     control.normals.iter().zip(mean).map(|(set, mean)| set.unwrap_or(mean)).collect()
@@ -168,8 +168,10 @@ fn edge_point(old: &State, star: &Star, h: usize, at: usize, new: &mut State) {
         let arm = rim.arm as usize;
         // c((u_i + u_j) / 2): the middle of the arc between both ends
         let normal = (old.normals[i] + old.normals[j]).normalize();
-        new.points[at] = star.cuts[arm] * star.axes[arm] + normal;
-        new.normals[at] = normal;
+        let (c, taper) = (star.axes[arm], star.tapers[arm]);
+        let out = if taper == 0.0 { normal } else { normal.reject_from_normalized(c).normalize() };
+        new.points[at] = star.cuts[arm] * c + star.rim_radius(arm) * out;
+        new.normals[at] = star.normal(arm, out);
         new.rims[at] = Some(rim);
         return;
     }
@@ -188,7 +190,7 @@ fn finish(state: State, star: &Star) -> Mesh {
     for (v, rim) in state.rims.iter().enumerate() {
         if let Some(rim) = rim {
             let arm = rim.arm as usize;
-            normals[v] = (state.points[v] - star.cuts[arm] * star.axes[arm]).normalize();
+            normals[v] = star.normal(arm, (state.points[v] - star.cuts[arm] * star.axes[arm]).normalize());
         }
     }
     Mesh::new(state.points, normals, state.triangles, state.twins)

@@ -5,7 +5,9 @@
 //! conditions where many patches meet (twists, the vertex enclosure at even valence) hold by themselves. Free numbers of
 //! an edge: what its two polynomials have beyond the jets at their ends.
 //!
-//! The gauge w along an edge has degree `p - 1`, its derivative across the edge degree p.
+//! The gauge w along a crease has degree `p - 1`, its derivative across degree p. Along a radial, the same; where columns turn
+//! (cells not uniform) the relation across has coefficients of degree 3 instead of 0 and 2, so patches have degree p + 3 in v,
+//! and w and χ along radials have degree p.
 
 use crate::math::bernstein::{Interpolation, basis, elevate};
 use crate::patch::layout::{Corner, Crease, Layout, Radial};
@@ -21,15 +23,27 @@ pub type Form = Vec<f64>;
 /// Tables that depend on the degree alone.
 #[derive(Clone, Debug)]
 pub struct Tables {
-    /// Degree of the patches in both directions, at least 6.
+    /// Degree of the patches along the crease, at least 6, and from rim to crease.
     pub p: usize,
+    pub q: usize,
+    /// Degree of the gauge and of χ along radials.
+    along: usize,
+    turn: usize,
     pub interpolation: Interpolation,
+    /// Of degree q.
+    pub columns: Interpolation,
 }
 
 impl Tables {
     pub fn new(p: usize) -> Self {
         assert!(p >= 6, "patch degree {p}: corners with full 2-jets need degree 6");
-        Tables { p, interpolation: Interpolation::new(p) }
+        Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p) }
+    }
+
+    /// For cells that are not uniform.
+    pub fn turned(p: usize) -> Self {
+        let q = p + 3;
+        Tables { q, along: p, turn: p, columns: Interpolation::new(q), ..Tables::new(p) }
     }
 
     /// Free numbers of a crease: of w, then of δ.
@@ -39,22 +53,28 @@ impl Tables {
 
     /// Free numbers of a radial: of w, then of χ.
     pub fn radial_free(&self) -> usize {
-        (self.p - 5) + (self.p - 3)
+        (self.along - 4) + (self.turn - 3)
     }
 
-    /// Coefficients (degree p) of a polynomial form given by its value at parameters.
-    fn coefficients(&self, value: impl Fn(f64) -> Form) -> Vec<Form> {
-        let values: Vec<Form> = self.interpolation.nodes.iter().map(|&x| value(x)).collect();
-        let width = values[0].len();
-        let mut out = vec![vec![0.0; width]; self.p + 1];
-        for k in 0..width {
-            let column: Vec<f64> = values.iter().map(|v| v[k]).collect();
-            for (row, c) in out.iter_mut().zip(self.interpolation.coefficients(&column)) {
-                row[k] = c;
-            }
-        }
-        out
+    /// Inner numbers of a patch: those of the control points two rows away from all borders.
+    pub fn inner(&self) -> usize {
+        (self.p - 3) * (self.q - 3)
     }
+
+}
+
+/// Coefficients of a polynomial form given by its value at parameters.
+fn coefficients(interpolation: &Interpolation, value: impl Fn(f64) -> Form) -> Vec<Form> {
+    let values: Vec<Form> = interpolation.nodes.iter().map(|&x| value(x)).collect();
+    let width = values[0].len();
+    let mut out = vec![vec![0.0; width]; values.len()];
+    for k in 0..width {
+        let column: Vec<f64> = values.iter().map(|v| v[k]).collect();
+        for (row, c) in out.iter_mut().zip(interpolation.coefficients(&column)) {
+            row[k] = c;
+        }
+    }
+    out
 }
 
 /// The jet of the gauge at a corner: linear functions of its 6 free numbers (value, 2 slopes, 3 second slopes).
@@ -101,15 +121,19 @@ fn at(coefficients: &[Form], x: f64) -> [Form; 2] {
     })
 }
 
-/// Forms of degree n + 1.
-fn elevated(c: &[Form]) -> Vec<Form> {
-    let width = c[0].len();
-    let mut out = vec![vec![0.0; width]; c.len() + 1];
-    for k in 0..width {
-        let column: Vec<f64> = c.iter().map(|row| row[k]).collect();
-        out.iter_mut().zip(elevate(&column)).for_each(|(row, x)| row[k] = x);
+/// The same forms at a higher degree.
+fn elevated(c: Vec<Form>, degree: usize) -> Vec<Form> {
+    let mut now = c;
+    while now.len() <= degree {
+        let width = now[0].len();
+        let mut out = vec![vec![0.0; width]; now.len() + 1];
+        for k in 0..width {
+            let column: Vec<f64> = now.iter().map(|row| row[k]).collect();
+            out.iter_mut().zip(elevate(&column)).for_each(|(row, x)| row[k] = x);
+        }
+        now = out;
     }
-    out
+    now
 }
 
 /// A crease: forms of (constant, jet at start, jet at end, free).
@@ -141,23 +165,26 @@ impl CreaseForms {
         let mut w = vec![Vec::new(); e + 1];
         let mut delta = vec![Vec::new(); e + 1];
         let n = e as f64;
-        let apart = crease.frame.c[0] - crease.frame.c[1];
+        // M sin θ = a_0 c_0 + a_1 c_1, with a_0 = λ_1, a_1 = λ_0, and λ_0 λ_1 = 1
+        let wide = crease.frame.wide;
+        let apart = wide[1] * crease.frame.c[0] - wide[0] * crease.frame.c[1];
         for end in 0..2 {
             let jet = JetForms(&layout.corners[crease.corners[end]]);
             let t = crease.t[end];
             let w2 = 1.0 + t * t;
             let [_, y1, y2] = maps[0].crease(end as f64);
             let step = if end == 0 { dt } else { -dt };
-            let f0 = scale(w2, jet.value());
+            let stretch = crease.stretch[end];
+            let f0 = scale(w2 * stretch, jet.value());
             let f1 = scale(step, jet.slope(y1));
-            let f2 = scale(step * step, add(jet.slope(y2), 1.0 / w2, jet.second(y1, y1)));
+            let f2 = scale(step * step, add(jet.slope(y2), 1.0 / (w2 * stretch), jet.second(y1, y1)));
             let k = |i: usize| if end == 0 { i } else { e - i };
             w[k(0)] = place(end, f0);
             w[k(1)] = place(end, add(f0, 1.0 / n, f1));
             w[k(2)] = place(end, add(add(f0, 2.0 / n, f1), 1.0 / (n * (n - 1.0)), f2));
-            // δ = -½ w2 ∇g·(c_i - c_j)
+            // δ = -½ w2 ∇g·(a_i c_i - a_j c_j)
             let d0 = scale(-0.5 * w2, jet.slope(apart));
-            let d1 = scale(step, add(scale(-t, jet.slope(apart)), -0.5, jet.second(y1, apart)));
+            let d1 = scale(step, add(scale(-t, jet.slope(apart)), -0.5 / stretch, jet.second(y1, apart)));
             delta[k(0)] = place(end, d0);
             delta[k(1)] = place(end, add(d0, 1.0 / n, d1));
         }
@@ -169,34 +196,34 @@ impl CreaseForms {
         }
         let bend = -0.5 * crease.sign * crease.frame.theta.sin();
         let across = [1.0, -1.0].map(|side| {
-            let map = &maps[usize::from(side < 0.0)];
-            tables.coefficients(|s| {
-                let t = map.t(s);
+            let which = usize::from(side < 0.0);
+            let map = &maps[which];
+            coefficients(&tables.interpolation, |s| {
+                let t = if layout.uniform { map.t(s) } else { map.crease_t(s) };
                 let [value, by_s] = at(&w, s);
                 let [d, _] = at(&delta, s);
                 let mut form = vec![0.0; width];
-                let l = map.speed(s);
+                let l = map.speed(s) * wide[which];
                 axpy(&mut form, l * bend, &value);
                 axpy(&mut form, -l * bend * t / dt, &by_s);
                 axpy(&mut form, l * side, &d);
                 form
             })
         });
-        CreaseForms { w: elevated(&w), across }
+        CreaseForms { w: elevated(w, p), across }
     }
 }
 
-/// A radial: forms of (constant, jet at the corner, free). In cylinder scale: the strut itself has w = 1.
+/// A radial: forms of (constant, jet at the corner, free), per unit of distance from the axis: a cylinder of radius 1 has w = 1.
 pub struct RadialForms {
-    /// Coefficients of the gauge along the radial, degree p.
+    /// Coefficients of the gauge along the radial, degree q.
     pub w: Vec<Form>,
-    /// Coefficients of χ, its slope counter-clockwise about the axis at constant height, degree p.
+    /// Coefficients of χ, its slope counter-clockwise about the axis at constant height.
     chi: Vec<Form>,
 }
 
 impl RadialForms {
     pub fn new(tables: &Tables, layout: &Layout, index: usize) -> Self {
-        let p = tables.p;
         let radial: &Radial = &layout.radials[index];
         let jet = JetForms(&layout.corners[radial.corner]);
         let width = 1 + JET + tables.radial_free();
@@ -212,41 +239,49 @@ impl RadialForms {
         };
         let (c, l) = (radial.c, radial.speed);
         let turn = c.cross(radial.e);
-        let e = p - 1;
+        let e = tables.along;
         let n = e as f64;
-        let (g0, g1, g2) = (jet.value(), scale(-l, jet.slope(c)), add(scale(l * l, jet.second(c, c)), radial.bend, jet.slope(c)));
+        let reach = radial.scale; // the corner's k over the point at distance 1
+        let (g0, g1) = (scale(1.0 / reach, jet.value()), scale(-l, jet.slope(c)));
+        let g2 = add(scale(l * l * reach, jet.second(c, c)), radial.bend, jet.slope(c));
         let mut w = vec![Vec::new(); e + 1];
-        // at the rim the cylinder, to first order
-        w[0] = unit(0);
-        w[1] = unit(0);
+        // at the rim the strut itself, to first order
+        let [height, by_q, _] = radial.height(1.0);
+        let own = radial.own(height);
+        w[0] = scaled(own, unit(0));
+        w[1] = scaled(own + radial.taper * by_q / (radial.radius * n), unit(0));
         w[e] = place(g0);
         w[e - 1] = place(add(g0, -1.0 / n, g1));
         w[e - 2] = place(add(add(g0, -2.0 / n, g1), 1.0 / (n * (n - 1.0)), g2));
-        for k in 0..p - 5 {
+        for k in 0..e - 4 {
             w[2 + k] = unit(1 + JET + k);
         }
-        let (x0, x1) = (jet.slope(turn), scale(-l, jet.second(turn, c)));
-        let mut chi = vec![vec![0.0; width]; p + 1];
-        chi[p] = place(x0);
-        chi[p - 1] = place(add(x0, -1.0 / p as f64, x1));
-        for k in 0..p - 3 {
-            chi[2 + k] = unit(1 + JET + p - 5 + k);
+        let (x0, x1) = (jet.slope(turn), scale(-l * reach, jet.second(turn, c)));
+        let d = tables.turn;
+        let mut chi = vec![vec![0.0; width]; d + 1];
+        chi[d] = place(x0);
+        chi[d - 1] = place(add(x0, -1.0 / d as f64, x1));
+        for k in 0..d - 3 {
+            chi[2 + k] = unit(1 + JET + e - 4 + k);
         }
-        RadialForms { w: elevated(&w), chi }
+        RadialForms { w: elevated(w, tables.q), chi }
     }
 
-    /// Coefficients of ∂w/∂s of a sector at its start (end 0) or end (end 1), in the sector's own scale (w2 times).
-    pub fn across(&self, tables: &Tables, map: &SectorMap, which: usize, end: usize) -> Vec<Form> {
-        let t = map.t(end as f64);
-        let turn = if which == 0 { 1.0 } else { -1.0 };
-        tables.coefficients(|v| {
+    /// Coefficients of ∂w/∂s of a sector at its start (end 0) or end (end 1), degree q.
+    pub fn across(&self, tables: &Tables, map: &SectorMap, end: usize) -> Vec<Form> {
+        coefficients(&tables.columns, |v| {
             let [value, by_v] = at(&self.w, v);
             let [chi, _] = at(&self.chi, v);
+            let [of_value, of_slope, of_chi] = map.across_radial(end, v);
             let mut form = vec![0.0; value.len()];
-            axpy(&mut form, 2.0 * map.dt() * turn, &chi);
-            axpy(&mut form, 2.0 * map.dt() * map.shear(end, v), &by_v);
-            axpy(&mut form, 2.0 * map.dt() * t, &value);
+            axpy(&mut form, of_chi, &chi);
+            axpy(&mut form, of_slope, &by_v);
+            axpy(&mut form, of_value, &value);
             form
         })
     }
+}
+
+fn scaled(f: f64, form: Form) -> Form {
+    form.into_iter().map(|x| f * x).collect()
 }

@@ -32,12 +32,14 @@ pub struct Layout {
     pub sectors: Vec<Sector>,
     /// Per arm: its sectors counter-clockwise about the axis.
     pub around: Vec<Vec<usize>>,
+    /// As `Cells::uniform`: columns of the direction map keep their azimuth.
+    pub uniform: bool,
 }
 
 /// A point where cells meet, or an extra corner on a side.
 #[derive(Clone, Debug)]
 pub struct Corner {
-    /// On the unit cylinders of the struts around it.
+    /// Its direction, at distance 1 from a strut around it; from all of them where cells are uniform.
     pub k: DVec3,
     /// Orthonormal basis of the plane perpendicular to `k`.
     pub tangent: [DVec3; 2],
@@ -50,9 +52,14 @@ pub struct Radial {
     /// Unit axis of the arm, and unit vector perpendicular to it towards the corner.
     pub c: DVec3,
     pub e: DVec3,
-    /// Height of the rim and of the corner above the node along the axis.
+    /// Height over distance from the axis, of the rim and of the corner.
     pub cut: f64,
     pub h: f64,
+    /// Distance of the corner's `k` from the axis: 1 where cells are uniform.
+    pub scale: f64,
+    /// Radius of the strut at the node, and its growth per unit of length.
+    pub radius: f64,
+    pub taper: f64,
     /// Speed of the map across the crease at the corner, -dη/dv, and d²η/dv² there.
     pub speed: f64,
     pub bend: f64,
@@ -69,6 +76,8 @@ pub struct Crease {
     pub sign: f64,
     /// The parameter at both ends.
     pub t: [f64; 2],
+    /// The crease's point at both ends over the corner's `k`: 1 where cells are uniform.
+    pub stretch: [f64; 2],
 }
 
 #[derive(Clone, Debug)]
@@ -92,6 +101,11 @@ struct Piece {
 }
 
 impl Radial {
+    /// The strut's own gauge at a height over the distance from the axis, per unit of that distance.
+    pub fn own(&self, height: f64) -> f64 {
+        (1.0 - self.taper * height) / self.radius
+    }
+
     /// Height along the radial at q = 1 - v, and its first two derivatives by q: it falls from the cut (q = 1) to the
     /// corner (q = 0), where slope and second derivative are `speed` and `bend`.
     pub fn height(&self, q: f64) -> [f64; 3] {
@@ -151,7 +165,12 @@ impl Layout {
                 let side = &cells.sides[p.side];
                 let middle = 0.5 * (p.phi[0] + p.phi[1]);
                 let sign = if at_back(middle) { -1.0 } else { 1.0 };
-                Crease { arms: side.arms, corners: p.corners, frame: side.frame, phi: p.phi, sign, t: p.phi.map(|phi| parameter(phi, middle)) }
+                let stretch = [0, 1].map(|end| {
+                    let k = corners[p.corners[end]];
+                    if cells.uniform { 1.0 } else { side.frame.crease(p.phi[end]).dot(k) / k.length_squared() }
+                });
+                let t = p.phi.map(|phi| parameter(phi, middle));
+                Crease { arms: side.arms, corners: p.corners, frame: side.frame, phi: p.phi, sign, t, stretch }
             })
             .collect();
         let mut layout = Layout {
@@ -160,6 +179,7 @@ impl Layout {
             creases,
             sectors: Vec::with_capacity(2 * pieces.len()),
             around: vec![Vec::new(); star.degree()],
+            uniform: cells.uniform,
         };
         let mut radial_of = std::collections::BTreeMap::new();
         for (k, crease) in layout.creases.iter().enumerate() {
@@ -169,9 +189,12 @@ impl Layout {
                     *radial_of.entry((arm, corner)).or_insert_with(|| {
                         let c = star.axes[arm];
                         let k = layout.corners[corner].k;
-                        let h = k.dot(c);
-                        let e = (k - h * c).normalize();
-                        layout.radials.push(Radial { arm, corner, c, e, cut: star.cuts[arm], h, speed: star.cuts[arm] - h, bend: 0.0 });
+                        let out = k - k.dot(c) * c;
+                        let scale = if cells.uniform { 1.0 } else { out.length() };
+                        let h = k.dot(c) / scale;
+                        let cut = star.cuts[arm] / star.rim_radius(arm);
+                        let (radius, taper) = (star.radii[arm], star.tapers[arm]);
+                        layout.radials.push(Radial { arm, corner, c, e: out.normalize(), cut, h, scale, radius, taper, speed: cut - h, bend: 0.0 });
                         layout.radials.len() - 1
                     })
                 });
@@ -197,7 +220,7 @@ impl Layout {
         for sector in &self.sectors {
             let crease = &self.creases[sector.crease];
             for end in 0..2 {
-                let steep = crease.frame.height() * crease.phi[end].sin();
+                let steep = crease.frame.height[sector.which] * crease.phi[end].sin();
                 slope[sector.radials[end]] = slope[sector.radials[end]].max(steep.abs());
             }
         }
@@ -207,14 +230,17 @@ impl Layout {
             }
         }
         let mut factor = vec![1.0f64; self.radials.len()];
-        for sector in &self.sectors {
+        for (index, sector) in self.sectors.iter().enumerate() {
             let crease = &self.creases[sector.crease];
-            let ends = sector.radials.map(|r| self.radials[r].speed);
+            let map = (!self.uniform).then(|| map::SectorMap::new(self, index));
+            let ends = [0, 1].map(|end| self.radials[sector.radials[end]].speed * self.crease_scale(sector, end));
             for i in 1..STEPS {
                 let s = i as f64 / STEPS as f64;
                 let t = (1.0 - s) * crease.t[0] + s * crease.t[1];
-                let height = crease.sign * (1.0 - t * t) / (1.0 + t * t) * crease.frame.height();
-                let room = self.radials[sector.radials[0]].cut - height;
+                let room = match &map {
+                    None => self.radials[sector.radials[0]].cut - crease.sign * (1.0 - t * t) / (1.0 + t * t) * crease.frame.height[0],
+                    Some(map) => map.room(s),
+                };
                 let speed = (1.0 - s) * ends[0] + s * ends[1];
                 sector.radials.iter().for_each(|&r| factor[r] = factor[r].min(map::MOST_SPEED * room / speed));
             }
@@ -223,6 +249,12 @@ impl Layout {
             radial.speed *= f;
             radial.bend = (2.0 * (radial.cut - radial.h - radial.speed)).min(MOST_BEND * radial.speed);
         }
+    }
+
+    /// Distance of the crease's point from the axis of a sector's strut, over w2, at the start (0) or end (1) of the crease: 1 where
+    /// cells are uniform.
+    pub fn crease_scale(&self, sector: &Sector, end: usize) -> f64 {
+        self.radials[sector.radials[end]].scale * self.creases[sector.crease].stretch[end]
     }
 
     /// Sectors counter-clockwise about each arm: as the cells order the sides, and the pieces within them.

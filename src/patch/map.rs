@@ -21,7 +21,7 @@
 //! The map never folds: Y, Y_t, Y_v are independent exactly where ∂η/∂v < 0, which is checked.
 
 use crate::patch::layout::{Crease, Layout, Radial};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Largest speed l in units of the height left between the crease and the rim: below 2 the base profile is monotone.
 /// At 1.35 sectors up to about 110° wide keep a regular map and wider ones are split (BCC nodes: 48 patches); at 1.5 120° sectors
@@ -34,16 +34,19 @@ const LEAST_DESCENT: f64 = 0.1;
 /// The direction map of one sector.
 pub struct SectorMap<'a> {
     crease: &'a Crease,
+    which: usize,
     ends: [End<'a>; 2],
-    /// cot(θ/2): the crease's height at azimuth 0.
-    top: f64,
     cut: f64,
-    /// Parameter of the rim arc at both ends.
+    /// Parameter of the rim arc at both ends, where columns keep their azimuth.
     rim: [f64; 2],
     /// Axis, azimuth 0, and azimuth 90° of the strut, the latter two with the crease's sign.
     frame: [DVec3; 3],
     /// How far the natural crease misses the corners: round-off, unless corners were joined.
     misses: [DVec3; 2],
+    /// Speed across the crease at both ends, times the crease's scale there.
+    speeds: [f64; 2],
+    /// Set where cells are not uniform.
+    turned: Option<Turned>,
 }
 
 /// What the map must do along one of its radials.
@@ -57,12 +60,51 @@ struct End<'a> {
     shear: [f64; 2],
 }
 
+/// Columns that leave the rim at one azimuth and meet the crease at another: E(s, v) = E_rim + B(v) (E_crease - E_rim),
+/// B = v² (3 - 2 v), both quadratic in s and equal at both ends.
+struct Turned {
+    /// Bernstein coefficients of E_rim, in (e, n) of the sector's frame: a rational circle, |E_rim| a polynomial.
+    rim: [DVec2; 3],
+    /// Bernstein coefficients of |E_rim|.
+    length: [f64; 3],
+    ends: [TurnedEnd; 2],
+}
+
+/// What a turned map does along one of its radials. Slopes by s.
+struct TurnedEnd {
+    /// Slopes of the base profile's coefficients of 1, q, q², q³.
+    base: [f64; 4],
+    /// Radial and azimuthal part of E_s, at the rim and at the crease.
+    out: [f64; 2],
+    around: [f64; 2],
+    /// As `End::shear`, times |E| dφ/ds.
+    shear: [f64; 2],
+}
+
+impl TurnedEnd {
+    /// Radial part of E_s at v, and its slope by v.
+    fn out(&self, v: f64) -> [f64; 2] {
+        let [rim, crease] = self.out;
+        [rim + smooth(v) * (crease - rim), 6.0 * v * (1.0 - v) * (crease - rim)]
+    }
+
+    fn around(&self, v: f64) -> f64 {
+        let [rim, crease] = self.around;
+        rim + smooth(v) * (crease - rim)
+    }
+}
+
+/// The smooth step from 0 to 1.
+fn smooth(v: f64) -> f64 {
+    v * v * (3.0 - 2.0 * v)
+}
+
 impl<'a> SectorMap<'a> {
     pub fn new(layout: &'a Layout, sector: usize) -> Self {
         let s = &layout.sectors[sector];
         let crease = &layout.creases[s.crease];
         let radials = s.radials.map(|r| &layout.radials[r]);
-        let top = crease.frame.height();
+        let top = crease.frame.height[s.which];
         let per_t = |get: fn(&Radial) -> f64| (get(radials[1]) - get(radials[0])) / (s.t[1] - s.t[0]);
         let ends = [0, 1].map(|end| {
             let radial = radials[end];
@@ -75,11 +117,52 @@ impl<'a> SectorMap<'a> {
         });
         let misses = [0, 1].map(|end| {
             let t = crease.t[end];
-            (1.0 + t * t) * layout.corners[crease.corners[end]].k - raw_crease(crease, top, t)[0]
+            (1.0 + t * t) * crease.stretch[end] * layout.corners[crease.corners[end]].k - raw_crease(crease, t)[0]
         });
         let f = &crease.frame;
         let frame = [f.c[s.which], crease.sign * f.e[s.which], crease.sign * f.n];
-        SectorMap { crease, ends, top, cut: radials[0].cut, rim: s.t, frame, misses }
+        let speeds = [0, 1].map(|end| radials[end].speed * layout.crease_scale(s, end));
+        let mut map = SectorMap { crease, which: s.which, ends, cut: radials[0].cut, rim: s.t, frame, misses, speeds, turned: None };
+        if !layout.uniform {
+            map.turned = Some(map.turn([0, 1].map(|end| layout.crease_scale(s, end))));
+        }
+        map
+    }
+
+    /// Set up columns that change their azimuth; `scales` is the distance of the crease from the axis over w2, at both ends.
+    fn turn(&self, scales: [f64; 2]) -> Turned {
+        let [start, end] = [0.0, 1.0].map(|s| self.around_crease(s));
+        let [a, b] = [start[0].length(), end[0].length()];
+        let units = [start[0] / a, end[0] / b];
+        let middle = units[0] + units[1];
+        let half = 0.5 * middle.length(); // cosine of half the rim arc
+        let rim = [start[0], (a * b).sqrt() * middle.normalize(), end[0]];
+        let length = [a, (a * b).sqrt() * half, b];
+        let dt = self.dt();
+        let between = |get: fn(&Radial) -> f64| [0, 1].map(|k| get(self.ends[k].radial) * scales[k]);
+        let (speeds, bends) = (self.speeds, between(|r| r.bend));
+        let ends = [0, 1].map(|k| {
+            let radial = self.ends[k].radial;
+            let (t, crease) = (self.crease_t(k as f64), [&start, &end][k]);
+            let (w2, w2_by_s) = (1.0 + t * t, 2.0 * t * dt);
+            let turn = |slope: DVec2| [units[k].dot(slope), self.sense() * units[k].perp_dot(slope)];
+            let rim_slope = if k == 0 { 2.0 * (rim[1] - rim[0]) } else { 2.0 * (rim[2] - rim[1]) };
+            let length_slope = if k == 0 { 2.0 * (length[1] - length[0]) } else { 2.0 * (length[2] - length[1]) };
+            let ([out_rim, around_rim], [out, around]) = (turn(rim_slope), turn(crease[1]));
+            let h = self.crease(k as f64)[1].dot(self.frame[0]) * dt;
+            let by_s = |x: [f64; 2]| w2_by_s * x[k] + w2 * (x[1] - x[0]);
+            let (l, bend) = (by_s(speeds), by_s(bends));
+            let base = [h, l, 0.5 * bend, length_slope * self.cut - h - l - 0.5 * bend];
+            let c = (out * radial.h - h) / radial.speed;
+            let c_by_v = (l - out * radial.speed + c * radial.bend) / radial.speed;
+            TurnedEnd { base, out: [out_rim, out], around: [around_rim, around], shear: [c, c - c_by_v] }
+        });
+        Turned { rim, length, ends }
+    }
+
+    /// +1 where azimuths grow counter-clockwise about the strut.
+    fn sense(&self) -> f64 {
+        if self.which == 0 { 1.0 } else { -1.0 }
     }
 
     /// t at s in [0, 1], which runs along the crease.
@@ -88,13 +171,32 @@ impl<'a> SectorMap<'a> {
         (1.0 - s) * a + s * b
     }
 
-    /// w2 at both ends, on the crease's side: what both its sectors share.
-    pub fn w2_of_ends(&self) -> [f64; 2] {
-        self.crease.t.map(|t| 1.0 + t * t)
+    /// |E| at both ends, along the whole radial there: what multiplies the radial's own gauge.
+    pub fn scale_of_ends(&self) -> [f64; 2] {
+        match &self.turned {
+            None => self.crease.t.map(|t| 1.0 + t * t),
+            Some(turned) => [turned.length[0], turned.length[2]],
+        }
+    }
+
+    /// |E| along the rim.
+    pub fn rim_length(&self, s: f64) -> f64 {
+        match &self.turned {
+            None => 1.0 + self.t(s).powi(2),
+            Some(turned) => quadratic(turned.length, s)[0],
+        }
+    }
+
+    /// What `rim_length` must be multiplied by at both ends to give `scale_of_ends`: 1 unless corners were joined.
+    pub fn rim_ratio(&self) -> [f64; 2] {
+        match &self.turned {
+            None => [0, 1].map(|end| self.scale_of_ends()[end] / (1.0 + self.t(end as f64).powi(2))),
+            Some(_) => [1.0; 2],
+        }
     }
 
     /// The crease's own parameter.
-    fn crease_t(&self, s: f64) -> f64 {
+    pub fn crease_t(&self, s: f64) -> f64 {
         let [a, b] = self.crease.t;
         (1.0 - s) * a + s * b
     }
@@ -104,25 +206,65 @@ impl<'a> SectorMap<'a> {
         self.crease.t[1] - self.crease.t[0]
     }
 
-    /// The speed l(t) across the crease, linear between the corners.
+    /// The speed l(t) across the crease, linear between the corners: Y_v = -w2 l c there.
     pub fn speed(&self, s: f64) -> f64 {
-        (1.0 - s) * self.ends[0].radial.speed + s * self.ends[1].radial.speed
+        (1.0 - s) * self.speeds[0] + s * self.speeds[1]
     }
 
     /// Height of the crease, times w2.
     fn height(&self, t: f64) -> f64 {
-        self.crease.sign * (1.0 - t * t) * self.top
+        self.crease.sign * (1.0 - t * t) * self.crease.frame.height[self.which]
+    }
+
+    /// Room between crease and rim at s, over w2.
+    pub fn room(&self, s: f64) -> f64 {
+        (self.rim_length(s) * self.cut - self.crease(s)[0].dot(self.frame[0])) / (1.0 + self.crease_t(s).powi(2))
     }
 
     /// c(v) at one end (0 or 1): ∂η/∂φ = c(v) ∂η/∂v along the radial.
-    pub fn shear(&self, end: usize, v: f64) -> f64 {
+    fn shear(&self, end: usize, v: f64) -> f64 {
         let [a, b] = self.ends[end].shear;
         a * v + b * v * (1.0 - v)
     }
 
-    /// w2 η, and its derivative by q = 1 - v.
+    /// ∂w/∂s along a radial (end 0 or 1) as b W + c W_v + d χ: the gauge along the radial, its slope, and its slope by azimuth at
+    /// constant height, counter-clockwise, all per unit of distance from the axis.
+    pub fn across_radial(&self, end: usize, v: f64) -> [f64; 3] {
+        match &self.turned {
+            None => [2.0 * self.dt() * self.t(end as f64), 2.0 * self.dt() * self.shear(end, v), 2.0 * self.dt() * self.sense()],
+            Some(turned) => {
+                let e = &turned.ends[end];
+                let [a, b] = e.shear;
+                [e.out(v)[0], a * v + b * v * (1.0 - v), e.around(v)]
+            }
+        }
+    }
+
+    /// Height component of Y, and its derivative by q = 1 - v.
     fn profile(&self, s: f64, v: f64) -> (f64, f64) {
-        let (t, q) = (self.t(s), 1.0 - v);
+        let hermite = [s * (1.0 - s).powi(2), -(1.0 - s) * s * s];
+        let q = 1.0 - v;
+        if let Some(turned) = &self.turned {
+            let t = self.crease_t(s);
+            let w2 = 1.0 + t * t;
+            let (h, l) = (self.crease(s)[0].dot(self.frame[0]), w2 * self.speed(s));
+            let bends = [0, 1].map(|k| self.ends[k].radial.bend / self.ends[k].radial.speed * self.speeds[k]);
+            let bend = w2 * ((1.0 - s) * bends[0] + s * bends[1]);
+            let rest = quadratic(turned.length, s)[0] * self.cut - h - l - 0.5 * bend;
+            let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3);
+            let mut by_q = l + bend * q + 3.0 * rest * q * q;
+            for ((end, turned), hermite) in self.ends.iter().zip(&turned.ends).zip(hermite) {
+                let [height, fall, fall_by_q] = end.radial.height(q);
+                let ([out, out_by_v], [a, b], base) = (turned.out(v), turned.shear, turned.base);
+                let (shear, shear_by_q) = (a * v + b * v * q, -a + b * (v - q));
+                let wanted = out * height - shear * fall;
+                let wanted_by_q = -out_by_v * height + out * fall - shear_by_q * fall - shear * fall_by_q;
+                value += hermite * (wanted - (base[0] + base[1] * q + base[2] * q * q + base[3] * q.powi(3)));
+                by_q += hermite * (wanted_by_q - (base[1] + 2.0 * base[2] * q + 3.0 * base[3] * q * q));
+            }
+            return (value, by_q);
+        }
+        let t = self.t(s);
         let w2 = 1.0 + t * t;
         let (h, l) = (self.height(t), w2 * self.speed(s));
         let bend = w2 * ((1.0 - s) * self.ends[0].radial.bend + s * self.ends[1].radial.bend);
@@ -130,7 +272,6 @@ impl<'a> SectorMap<'a> {
         let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3);
         let mut by_q = l + bend * q + 3.0 * rest * q * q;
         // what this base profile misses of the prescribed ∂η/∂φ at both ends
-        let hermite = [s * (1.0 - s).powi(2), -(1.0 - s) * s * s];
         for (end, hermite) in self.ends.iter().zip(hermite) {
             let ([h, l], bend, [a, b]) = (end.slopes, end.bend, end.shear);
             let rest = -h - l - 0.5 * bend;
@@ -146,31 +287,68 @@ impl<'a> SectorMap<'a> {
 
     /// The crease ŷ(t) = Y(t, 1), and its first two derivatives by t. Ends are moved onto the corners where corners were joined.
     pub fn crease(&self, s: f64) -> [DVec3; 3] {
-        let raw = raw_crease(self.crease, self.top, self.crease_t(s));
+        let raw = raw_crease(self.crease, self.crease_t(s));
         let [a, b] = self.misses;
         let [t0, t1] = self.crease.t;
         [raw[0] + (1.0 - s) * a + s * b, raw[1] + (b - a) / (t1 - t0), raw[2]]
     }
 
-    /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v.
+    /// E of the crease in (e, n), and its slope by s.
+    fn around_crease(&self, s: f64) -> [DVec2; 2] {
+        let [y, y_by_t, _] = self.crease(s);
+        let [_, e, n] = self.frame;
+        [y, y_by_t * self.dt()].map(|y| DVec2::new(y.dot(e), y.dot(n)))
+    }
+
+    /// The direction at (s, v): a polynomial of degree 3 in s, and 4 in v (6 where cells are not uniform).
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
-        let t = self.t(s);
         let [c, e, n] = self.frame;
-        let blend = v * v * (3.0 - 2.0 * v);
+        if let Some(turned) = &self.turned {
+            let rim = quadratic(turned.rim, s)[0];
+            let around = rim + smooth(v) * (self.around_crease(s)[0] - rim);
+            return self.profile(s, v).0 * c + around.x * e + around.y * n;
+        }
+        let t = self.t(s);
         let natural = |v: f64| self.profile(s, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
-        natural(v) + blend * (self.crease(s)[0] - natural(1.0))
+        natural(v) + smooth(v) * (self.crease(s)[0] - natural(1.0))
+    }
+
+    /// Slope of Y's height component by v, at the rim.
+    pub fn rim_descent(&self, s: f64) -> f64 {
+        -self.profile(s, 0.0).1
+    }
+
+    /// det(Y, Y_v, Y_s) of turned columns, and det(E, E_s), what it is per unit of descent where columns keep their azimuth.
+    fn turned_area(&self, turned: &Turned, s: f64, v: f64) -> [f64; 2] {
+        const STEP: f64 = 1e-5; // Y_s by differences: only weights and an inequality depend on it
+        let [rim, rim_by_s] = quadratic(turned.rim, s);
+        let [crease, crease_by_s] = self.around_crease(s);
+        let e = rim + smooth(v) * (crease - rim);
+        let e_by_s = rim_by_s + smooth(v) * (crease_by_s - rim_by_s);
+        let e_by_v = 6.0 * v * (1.0 - v) * (crease - rim);
+        let (h, h_by_q) = self.profile(s, v);
+        let h_by_s = (self.profile(s + STEP, v).0 - self.profile(s - STEP, v).0) / (2.0 * STEP);
+        let plain = e.perp_dot(e_by_s);
+        [h * e_by_v.perp_dot(e_by_s) + h_by_q * plain + h_by_s * e.perp_dot(e_by_v), plain]
     }
 
     /// Solid angle per unit of ds dv at (s, v).
     pub fn solid_angle(&self, s: f64, v: f64) -> f64 {
+        if let Some(turned) = &self.turned {
+            return self.turned_area(turned, s, v)[0] / self.y(s, v).length().powi(3);
+        }
         let w2 = 1.0 + self.t(s).powi(2);
         2.0 * self.dt() * self.profile(s, v).1 * w2 / self.y(s, v).length().powi(3)
     }
 
     /// Width (radians), mean height from crease to rim, and mean w2.
     pub fn extent(&self) -> (f64, f64, f64) {
-        let [a, b] = self.crease.phi;
         let height = self.cut - 0.5 * (self.ends[0].radial.h + self.ends[1].radial.h);
+        if let Some(turned) = &self.turned {
+            let [a, b, c] = turned.length;
+            return (turned.rim[0].angle_to(turned.rim[2]).abs(), height, (a + b + c) / 3.0);
+        }
+        let [a, b] = self.crease.phi;
         let [t0, t1] = self.crease.t;
         (b - a, height, 1.0 + (t0 * t0 + t0 * t1 + t1 * t1) / 3.0)
     }
@@ -181,15 +359,33 @@ impl<'a> SectorMap<'a> {
         (0..=STEPS).all(|i| {
             let s = i as f64 / STEPS as f64;
             let (top, bottom) = (self.profile(s, 0.0).0, self.profile(s, 1.0).0);
-            (0..=STEPS).all(|k| self.profile(s, k as f64 / STEPS as f64).1 > LEAST_DESCENT * (top - bottom))
+            (0..=STEPS).all(|k| {
+                let v = k as f64 / STEPS as f64;
+                match &self.turned {
+                    None => self.profile(s, v).1 > LEAST_DESCENT * (top - bottom),
+                    Some(turned) => {
+                        let [area, plain] = self.turned_area(turned, s, v);
+                        plain > 0.0 && area > LEAST_DESCENT * (top - bottom).max(0.0) * plain
+                    }
+                }
+            })
         })
     }
 }
 
+/// Value and slope of a quadratic in Bernstein form.
+fn quadratic<T>([a, b, c]: [T; 3], s: f64) -> [T; 2]
+where
+    T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
+{
+    let q = 1.0 - s;
+    [a * (q * q) + b * (2.0 * q * s) + c * (s * s), (b - a) * (2.0 * q) + (c - b) * (2.0 * s)]
+}
+
 /// The natural crease and its first two derivatives by t.
-fn raw_crease(crease: &Crease, top: f64, t: f64) -> [DVec3; 3] {
+fn raw_crease(crease: &Crease, t: f64) -> [DVec3; 3] {
     let f = &crease.frame;
-    let m = crease.sign * (top * f.c[0] + f.e[0]);
+    let m = crease.sign * f.wide[0] * (f.height[0] * f.c[0] + f.e[0]);
     let n = crease.sign * 2.0 * f.n;
     [(1.0 - t * t) * m + t * n, -2.0 * t * m + n, -2.0 * m]
 }
@@ -198,6 +394,6 @@ fn raw_crease(crease: &Crease, top: f64, t: f64) -> [DVec3; 3] {
 pub fn radial(radial: &Radial, corner: DVec3, v: f64) -> DVec3 {
     let q = 1.0 - v;
     let [height, ..] = radial.height(q);
-    let blend = v * v * (3.0 - 2.0 * v);
-    height * radial.c + radial.e + blend * (corner - radial.h * radial.c - radial.e)
+    let blend = smooth(v);
+    height * radial.c + radial.e + blend * (corner / radial.scale - radial.h * radial.c - radial.e)
 }
