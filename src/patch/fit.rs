@@ -15,14 +15,18 @@ use crate::node::{Film, Sampler};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
 use crate::patch::map::SectorMap;
-use faer::Mat;
 use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
+use glam::DVec3;
 
 /// Weight of the thin-plate energy, in r². Measured: at 1e-5 and above the fit error grows, below 1e-7 thin sectors ripple.
 const FAIRNESS: f64 = 1e-6;
 
 /// The steepest film (cosine between normal and ray) that still counts in full.
 const LEAST_FACING: f64 = 0.05;
+
+/// Rows of each patch, from the rim on, that are the strut's cylinder: there w = w2, whatever the free numbers.
+const RIM_ROWS: usize = 2;
 
 /// Thinnest sector (radians, node radii) for the fairness weight, which grows with the fourth power of thinness.
 const LEAST_WIDTH: f64 = 0.02;
@@ -46,18 +50,23 @@ pub struct Problem<'a> {
     creases: Vec<CreaseForms>,
     radials: Vec<RadialForms>,
     sectors: Vec<SectorProblem>,
+    samples: Samples,
 }
 
-/// One sector's part: the quadratic forms ½ (1, x)ᵀ N (1, x) in the patch's own numbers.
+/// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
+/// of w - w2 behind the `RIM_ROWS`, numbered `[is * (p + 1 - RIM_ROWS) + iv - RIM_ROWS]`.
 struct SectorProblem {
     /// `forms[is * (p + 1) + iv]`, of (constant, border numbers, inner numbers).
     forms: Vec<Form>,
     /// Global number of each border number.
     border: Vec<usize>,
-    /// Distance to the film and thin-plate energy.
-    film: Mat<f64>,
-    /// Second differences of the control net.
-    net: Mat<f64>,
+    /// w - w2 as forms of the patch's own numbers.
+    deviation: SparseRows,
+    /// Distance to the film and thin-plate energy: the quadratic part, and the linear part with its sign turned.
+    energy: Vec<f64>,
+    pull: Vec<f64>,
+    /// Area of the sector: what the second differences of the control net count for.
+    area: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -65,16 +74,17 @@ impl<'a> Problem<'a> {
     pub fn new(tables: &'a Tables, layout: &'a Layout, film: &Film) -> Result<Self, String> {
         let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
         let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
-        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()) };
-        let samples = Samples::new(tables.p);
+        let samples = Samples::new(tables);
+        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples };
         let mut sampler = film.sampler();
         for (index, sector) in layout.sectors.iter().enumerate() {
             let map = SectorMap::new(layout, index);
             let mut border = problem.crease_numbers(sector.crease);
             border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
             let forms = sector_forms(tables, layout, index, &map, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
-            let [film, net] = normal_equations(tables, &samples, &map, &forms, &mut sampler)?;
-            problem.sectors.push(SectorProblem { forms, border, film, net });
+            let deviation = SparseRows::deviation(tables.p + 1, &forms);
+            let Energy { energy, pull, area } = Energy::new(tables, &problem.samples, &map, &forms, &mut sampler)?;
+            problem.sectors.push(SectorProblem { forms, border, deviation, energy, pull, area });
         }
         Ok(problem)
     }
@@ -100,9 +110,11 @@ impl<'a> Problem<'a> {
         let mut rhs = Mat::<f64>::zeros(total, 1);
         let mut inner = Vec::with_capacity(self.sectors.len());
         for sector in &self.sectors {
-            let normal = &sector.film + stiffness * &sector.net;
+            let normal = sector.normal(&self.samples, stiffness);
+            let width = sector.deviation.width;
+            let normal = MatRef::from_row_major_slice(&normal, width, width);
             let nb = 1 + sector.border.len();
-            let ni = normal.nrows() - nb;
+            let ni = width - nb;
             // eliminate the inner numbers: N_ii x_i = -N_ib (1, x_b)
             let mixed = normal.submatrix(nb, 0, ni, nb);
             let factor = normal.submatrix(nb, nb, ni, ni).llt(faer::Side::Lower).map_err(|e| format!("a patch's own equations are singular: {e:?}"))?;
@@ -221,78 +233,215 @@ fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap,
     forms
 }
 
-/// Sample parameters and basis values, the same for every patch.
+/// Sample parameters and tables at them, the same for every patch of a degree. Matrices are flat, row by row.
 struct Samples {
     /// (parameter, weight).
     rule: Vec<(f64, f64)>,
-    basis: Vec<Vec<f64>>,
-    /// Gram matrices of the basis, its first and its second derivatives.
-    gram: [Vec<Vec<f64>>; 3],
+    /// Basis values, `[sample * n + i]`.
+    basis: Vec<f64>,
+    /// Products of two basis values from `RIM_ROWS` on, `[(sample * rows + j) * rows + l]`.
+    products: Vec<f64>,
+    /// Value and slope at each sample of the polynomial that is 1 at one interpolation node, `[sample * n + node]`.
+    lagrange: [Vec<f64>; 2],
+    /// Gram matrices of the basis, its first and its second derivatives, and what remains of them from `RIM_ROWS` on.
+    gram: [Vec<f64>; 3],
+    gram_rows: [Vec<f64>; 3],
+    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`.
+    bends: Vec<f64>,
 }
 
 impl Samples {
-    fn new(p: usize) -> Self {
+    fn new(tables: &Tables) -> Self {
+        let (p, n, rows) = (tables.p, tables.p + 1, tables.p + 1 - RIM_ROWS);
         let rule = gauss::rule(p + 3);
         let all: Vec<[Vec<f64>; 3]> = rule.iter().map(|&(x, _)| basis(p, x)).collect();
-        let gram = [0, 1, 2].map(|order| (0..=p).map(|i| (0..=p).map(|j| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum()).collect()).collect());
-        Samples { rule, basis: all.into_iter().map(|[b, _, _]| b).collect(), gram }
+        let gram = [0, 1, 2].map(|order| {
+            let entry = |i: usize, j: usize| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum::<f64>();
+            square(n, entry)
+        });
+        let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
+        let products = all.iter().flat_map(|[b, ..]| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
+        // column k of the inverse collocation matrix: coefficients of the polynomial that is 1 at node k
+        let units: Vec<Vec<f64>> = (0..n).map(|k| tables.interpolation.coefficients(&(0..n).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
+        let lagrange = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
+        let mut bends = vec![0.0; (n * rows).pow(2)];
+        let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
+        let triples = (0..n * n).flat_map(|k| [(k / n + 2 < n).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
+        for triple in triples {
+            let weights = [1.0, -2.0, 1.0];
+            for (a, f) in triple.into_iter().zip(weights) {
+                for (b, g) in triple.into_iter().zip(weights) {
+                    if let (Some(a), Some(b)) = (slot(a), slot(b)) {
+                        bends[a * n * rows + b] += f * g;
+                    }
+                }
+            }
+        }
+        Samples { rule, basis: all.into_iter().flat_map(|[b, ..]| b).collect(), products, lagrange, gram, gram_rows, bends }
+    }
+
+    /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at the interpolation
+    /// nodes, since it is a polynomial of at most degree p each way. The map is regular, so the sign of its volume is known.
+    fn directions(&self, tables: &Tables, map: &SectorMap) -> Vec<(DVec3, f64)> {
+        let (n, m) = (tables.p + 1, self.rule.len());
+        let nodes = &tables.interpolation.nodes;
+        let [value, slope] = &self.lagrange;
+        // along s first: `[sample * n + node of v]`, Y and its derivative by s
+        let mut along = vec![[DVec3::ZERO; 2]; m * n];
+        for (k, &s) in nodes.iter().enumerate() {
+            for (l, &v) in nodes.iter().enumerate() {
+                let y = map.y(s, v);
+                for a in 0..m {
+                    let [at, by_s] = &mut along[a * n + l];
+                    *at += value[a * n + k] * y;
+                    *by_s += slope[a * n + k] * y;
+                }
+            }
+        }
+        let mut out = Vec::with_capacity(m * m);
+        for row in along.chunks_exact(n) {
+            for (value, slope) in value.chunks_exact(n).zip(slope.chunks_exact(n)) {
+                let (mut y, mut by_s, mut by_v) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+                for (&[at, at_s], (f, d)) in row.iter().zip(value.iter().zip(slope)) {
+                    y += *f * at;
+                    by_s += *f * at_s;
+                    by_v += *d * at;
+                }
+                out.push((y, y.dot(by_s.cross(by_v)).abs() / y.length().powi(3)));
+            }
+        }
+        out
     }
 }
 
-/// The two quadratic forms of a sector (see `SectorProblem`).
-fn normal_equations(tables: &Tables, samples: &Samples, map: &SectorMap, forms: &[Form], sampler: &mut Sampler) -> Result<[Mat<f64>; 2], String> {
-    let n = tables.p + 1;
-    let width = forms[0].len();
-    let m = samples.rule.len();
-    let coefficients = Mat::<f64>::from_fn(n * n, width, |i, j| forms[i][j]);
-    // distance to the film: one row per sample
-    let mut design = Mat::<f64>::zeros(m * m, n * n);
-    let mut target = vec![0.0; m * m];
-    for (a, &(s, ws)) in samples.rule.iter().enumerate() {
-        for step in 0..m {
-            let b = if a % 2 == 0 { step } else { m - 1 - step };
-            let (v, wv) = samples.rule[b];
-            let y = map.y(s, v);
-            let hit = sampler.hit(y).ok_or("a ray from the node misses the film")?;
-            let (rho, length) = (hit.distance, y.length());
-            let facing = hit.normal.dot(y / length).max(LEAST_FACING);
-            let area = map.solid_angle(s, v) * rho * rho / facing;
-            let weight = rho * rho / length * facing * (ws * wv * area).max(0.0).sqrt();
-            let row = a * m + b;
-            for i in 0..n {
-                for j in 0..n {
-                    design[(row, i * n + j)] = weight * samples.basis[a][i] * samples.basis[b][j];
+/// A square matrix, row by row.
+fn square(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    (0..n * n).map(|k| entry(k / n, k % n)).collect()
+}
+
+/// y += f x
+fn axpy(y: &mut [f64], f: f64, x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += f * x);
+}
+
+/// What one sector's fit has to keep small (see `SectorProblem`).
+struct Energy {
+    energy: Vec<f64>,
+    pull: Vec<f64>,
+    area: f64,
+}
+
+impl Energy {
+    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, forms: &[Form], sampler: &mut Sampler) -> Result<Energy, String> {
+        let (n, rows, m) = (tables.p + 1, tables.p + 1 - RIM_ROWS, samples.rule.len());
+        let size = n * rows;
+        // squared distance to the film: weight and target of w - w2 at each sample
+        let directions = samples.directions(tables, map);
+        let mut weights = vec![0.0; m * m];
+        let mut pull = vec![0.0; size];
+        for (a, &(_, ws)) in samples.rule.iter().enumerate() {
+            let along = &samples.basis[a * n..(a + 1) * n];
+            let w2: f64 = along.iter().zip(forms.iter().step_by(n)).map(|(b, rim)| b * rim[0]).sum();
+            for step in 0..m {
+                let b = if a % 2 == 0 { step } else { m - 1 - step };
+                let (y, solid_angle) = directions[a * m + b];
+                let hit = sampler.hit(y).ok_or("a ray from the node misses the film")?;
+                let (rho, length) = (hit.distance, y.length());
+                let facing = hit.normal.dot(y / length).max(LEAST_FACING);
+                let area = solid_angle * rho * rho / facing;
+                let weight = (rho * rho / length * facing).powi(2) * ws * samples.rule[b].1 * area;
+                weights[a * m + b] = weight;
+                let across = &samples.basis[b * n + RIM_ROWS..(b + 1) * n];
+                let miss = weight * (length / rho - w2);
+                for (i, f) in along.iter().enumerate() {
+                    axpy(&mut pull[i * rows..(i + 1) * rows], miss * f, across);
                 }
             }
-            target[row] = weight * length / rho;
         }
-    }
-    let mut rows = &design * &coefficients;
-    for (k, t) in target.iter().enumerate() {
-        rows[(k, 0)] -= t;
-    }
-    let mut film = rows.transpose() * &rows;
-    // energies of w - w2, in cylinder coordinates of the strut
-    let (dphi, deta, w2) = map.extent();
-    let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
-    let area = dphi * deta / (w2 * w2);
-    let [g0, g1, g2] = &samples.gram;
-    let plate = Mat::<f64>::from_fn(n * n, n * n, |r, c| {
-        let (i, j, k, l) = (r / n, r % n, c / n, c % n);
-        FAIRNESS * area * (g2[i][k] * g0[j][l] / dphi.powi(4) + 2.0 * g1[i][k] * g1[j][l] / (dphi * deta).powi(2) + g0[i][k] * g2[j][l] / deta.powi(4))
-    });
-    let mut deviation = coefficients;
-    for i in 0..n {
-        for j in 0..n {
-            deviation[(i * n + j, 0)] -= forms[i * n][0]; // the rim row holds w2
+        // energies of w - w2, in cylinder coordinates of the strut
+        let (dphi, deta, w2) = map.extent();
+        let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
+        let area = dphi * deta / (w2 * w2);
+        let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * area * f);
+        // both are products of a matrix in s and one in v: block by block over pairs of s
+        let mut energy = vec![0.0; size * size];
+        let mut block = vec![0.0; rows * rows];
+        let mut line = vec![0.0; m];
+        for i in 0..n {
+            for k in 0..=i {
+                line.fill(0.0);
+                for a in 0..m {
+                    axpy(&mut line, samples.basis[a * n + i] * samples.basis[a * n + k], &weights[a * m..(a + 1) * m]);
+                }
+                block.fill(0.0);
+                for (f, products) in line.iter().zip(samples.products.chunks_exact(rows * rows)) {
+                    axpy(&mut block, *f, products);
+                }
+                for (order, f) in plate.into_iter().enumerate() {
+                    axpy(&mut block, f * samples.gram[2 - order][i * n + k], &samples.gram_rows[order]);
+                }
+                for (j, line) in block.chunks_exact(rows).enumerate() {
+                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
+                    energy[at..at + rows].copy_from_slice(line);
+                    energy[mirrored..mirrored + rows].copy_from_slice(line);
+                }
+            }
         }
+        Ok(Energy { energy, pull, area })
     }
-    film += deviation.transpose() * (&plate * &deviation);
-    let triples: Vec<[usize; 3]> =
-        (0..n * n).flat_map(|k| [(k / n + 2 < n).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten().collect();
-    let bends = Mat::<f64>::from_fn(triples.len(), width, |r, c| {
-        let [a, b, d] = triples[r];
-        area.sqrt() * (deviation[(a, c)] - 2.0 * deviation[(b, c)] + deviation[(d, c)])
-    });
-    Ok([film, bends.transpose() * &bends])
+}
+
+/// A matrix of few entries: `entries[starts[r]..starts[r + 1]]` are (column, value) of row r.
+struct SparseRows {
+    width: usize,
+    starts: Vec<usize>,
+    entries: Vec<(usize, f64)>,
+}
+
+impl SparseRows {
+    /// The control values of w - w2 behind the `RIM_ROWS`; the rim row holds w2.
+    fn deviation(n: usize, forms: &[Form]) -> SparseRows {
+        let mut out = SparseRows { width: forms[0].len(), starts: vec![0], entries: Vec::new() };
+        for column in forms.chunks_exact(n) {
+            for form in &column[RIM_ROWS..] {
+                let less = |k: usize| if k == 0 { column[0][0] } else { 0.0 };
+                out.entries.extend(form.iter().enumerate().map(|(k, &x)| (k, x - less(k))).filter(|e| e.1 != 0.0));
+                out.starts.push(out.entries.len());
+            }
+        }
+        out
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
+        self.starts.windows(2).map(|w| &self.entries[w[0]..w[1]])
+    }
+}
+
+impl SectorProblem {
+    /// N, row by row: Dᵀ Q D for the deviation D, and the pull in the row and column of the constant.
+    fn normal(&self, samples: &Samples, stiffness: f64) -> Vec<f64> {
+        let (width, size) = (self.deviation.width, self.pull.len());
+        let mut quadratic = self.energy.clone();
+        axpy(&mut quadratic, stiffness * self.area, &samples.bends);
+        // (Q D)ᵀ, row by row
+        let mut turned = vec![0.0; width * size];
+        for (row, entries) in quadratic.chunks_exact(size).zip(self.deviation.rows()) {
+            for &(c, f) in entries {
+                axpy(&mut turned[c * size..(c + 1) * size], f, row);
+            }
+        }
+        let mut normal = vec![0.0; width * width];
+        let mut row = vec![0.0; width];
+        for (r, entries) in self.deviation.rows().enumerate() {
+            row.iter_mut().zip(turned.iter().skip(r).step_by(size)).for_each(|(x, t)| *x = *t);
+            row[0] -= self.pull[r];
+            for &(c, f) in entries {
+                axpy(&mut normal[c * width..(c + 1) * width], f, &row);
+            }
+        }
+        for c in 1..width {
+            normal[c] = normal[c * width];
+        }
+        normal
+    }
 }
