@@ -7,8 +7,7 @@ use crate::ids::NodeId;
 use crate::node::{Film, Method, Star, cut};
 use crate::options::Options;
 use crate::patch::check::Quality;
-use crate::patch::forms::Tables;
-use crate::patch::{self, Fitted, Rim, Skin};
+use crate::patch::{self, Degree, Fitted, Rim, Skin};
 
 /// Degree of the patches, and of those with more control points.
 const DEGREE: usize = 6;
@@ -16,13 +15,13 @@ const MORE_DEGREE: usize = 8;
 
 /// Tables for both degrees, made once per run.
 pub struct Degrees {
-    usual: Tables,
-    more: Tables,
+    usual: Degree,
+    more: Degree,
 }
 
 impl Degrees {
     pub fn new() -> Self {
-        Degrees { usual: Tables::new(DEGREE), more: Tables::new(MORE_DEGREE) }
+        Degrees { usual: Degree::new(DEGREE), more: Degree::new(MORE_DEGREE) }
     }
 }
 
@@ -56,13 +55,13 @@ pub struct Built {
 pub fn star(graph: &Graph, node: NodeId, options: &Options) -> Star {
     let axes = Star::directions(graph, node);
     let cuts = cut::cuts(&axes, options.lambda);
-    Star { axes, cuts }
+    Star::uniform(axes, cuts)
 }
 
 /// Build one node with at least one strut; on failure the reasons, one for each rung.
 pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {
     if star.degree() == 1 {
-        let rims = vec![Rim { axis: star.axes[0], cut: 0.0, radius: 1.0, arcs: vec![] }];
+        let rims = vec![Rim { axis: star.axes[0], cut: 0.0, radius: 1.0, taper: star.tapers[0], arcs: vec![] }];
         return Ok(Built { skin: Skin { rims, ..Skin::default() }, rung: Rung::End, quality: Quality::default(), reasons: vec![] });
     }
     let mut reasons = Vec::new();
@@ -76,7 +75,7 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
             for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
                 match patch::fit(&film, tables) {
                     Ok(fitted) => return Ok(built(fitted, rung, reasons)),
-                    Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.p)),
+                    Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.along())),
                 }
             }
             match patch::sharp(&film, &degrees.usual) {

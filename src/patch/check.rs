@@ -56,8 +56,9 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
                     // a rim arc has no parameter of its own: ask the patch for the point
                     let p = &skin.patches[users[0].0];
                     let at = p.surface.point(1.0 - x, 0.0);
-                    let axis = skin.rims[*arm].axis;
-                    raise(&mut q.rim_jump, degrees(n, (at - at.dot(axis) * axis).normalize()));
+                    let rim = &skin.rims[*arm];
+                    let out = (at - at.dot(rim.axis) * rim.axis).normalize();
+                    raise(&mut q.rim_jump, degrees(n, out - rim.taper * rim.axis));
                 }
             }
         }

@@ -1,14 +1,14 @@
 //! Fit of the gauge to the film: one sparse, symmetric positive definite solve per node.
 //!
 //! Least over all exactly G1 skins (`forms`) of  ∫ (distance to the film along its normal)² dA  +  `FAIRNESS` · thin-plate
-//! energy of the deviation from the strut's cylinder. The distance is linear in w: on the ray along Y the skin is at
+//! energy of the deviation from the strut's own gauge. The distance is linear in w: on the ray along Y the skin is at
 //! |Y| / w, so near the film (distance ρ) it is off by ρ² / |Y| · (w - |Y| / ρ). The inner numbers of each patch are
 //! eliminated first; the sparse system holds those of corners, creases and radials.
 //!
 //! Bernstein coefficients may swing far beyond the function they stand for, and a weight must not reach 0: second
 //! differences of the control net have a weight of their own (`stiffness`), which the caller raises until all are positive.
 
-use crate::math::bernstein::basis;
+use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
 use crate::math::sparse::Symmetric;
 use crate::node::{Film, Sampler};
@@ -25,7 +25,7 @@ const FAIRNESS: f64 = 1e-6;
 /// The steepest film (cosine between normal and ray) that still counts in full.
 const LEAST_FACING: f64 = 0.05;
 
-/// Rows of each patch, from the rim on, that are the strut's cylinder: there w = w2, whatever the free numbers.
+/// Rows of each patch, from the rim on, that are the strut: there w is the strut's own gauge, whatever the free numbers.
 const RIM_ROWS: usize = 2;
 
 /// Thinnest sector (radians, node radii) for the fairness weight, which grows with the fourth power of thinness.
@@ -33,11 +33,11 @@ const LEAST_WIDTH: f64 = 0.02;
 
 /// The fitted gauges of a node.
 pub struct Fit {
-    /// Per sector: Bernstein coefficients of w, `[is * (p + 1) + iv]`, s along the crease, v from the rim.
+    /// Per sector: Bernstein coefficients of w, `[is * (q + 1) + iv]`, s along the crease, v from the rim.
     pub sectors: Vec<Vec<f64>>,
     /// Coefficients of w along each crease (degree p).
     pub creases: Vec<Vec<f64>>,
-    /// Coefficients of w along each radial, cylinder scale (degree p).
+    /// Coefficients of w along each radial, per unit of distance from the axis (degree q).
     pub radials: Vec<Vec<f64>>,
     /// Value of the gauge at each corner.
     pub corners: Vec<f64>,
@@ -54,13 +54,13 @@ pub struct Problem<'a> {
 }
 
 /// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
-/// of w - w2 behind the `RIM_ROWS`, numbered `[is * (p + 1 - RIM_ROWS) + iv - RIM_ROWS]`.
+/// of w less the strut's own gauge behind the `RIM_ROWS`, numbered `[is * (q + 1 - RIM_ROWS) + iv - RIM_ROWS]`.
 struct SectorProblem {
-    /// `forms[is * (p + 1) + iv]`, of (constant, border numbers, inner numbers).
+    /// `forms[is * (q + 1) + iv]`, of (constant, border numbers, inner numbers).
     forms: Vec<Form>,
     /// Global number of each border number.
     border: Vec<usize>,
-    /// w - w2 as forms of the patch's own numbers.
+    /// w less the strut's own gauge, as forms of the patch's own numbers.
     deviation: SparseRows,
     /// Distance to the film and thin-plate energy: the quadratic part, and the linear part with its sign turned.
     energy: Vec<f64>,
@@ -81,9 +81,10 @@ impl<'a> Problem<'a> {
             let map = SectorMap::new(layout, index);
             let mut border = problem.crease_numbers(sector.crease);
             border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
-            let forms = sector_forms(tables, layout, index, &map, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
-            let deviation = SparseRows::deviation(tables.p + 1, &forms);
-            let Energy { energy, pull, area } = Energy::new(tables, &problem.samples, &map, &forms, &mut sampler)?;
+            let own = own_gauge(tables, &map);
+            let forms = sector_forms(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
+            let deviation = SparseRows::deviation(tables.q + 1, &forms, &own);
+            let Energy { energy, pull, area } = Energy::new(tables, &problem.samples, &map, &own, &mut sampler)?;
             problem.sectors.push(SectorProblem { forms, border, deviation, energy, pull, area });
         }
         Ok(problem)
@@ -156,7 +157,29 @@ impl SectorProblem {
     }
 }
 
-/// No fit at all: each sector the cylinder of its strut, w = w2.
+/// Bernstein coefficients of the strut's own gauge on a sector: |E_rim| / r for a cylinder, less what a cone grows by.
+fn own_gauge(tables: &Tables, map: &SectorMap) -> Vec<f64> {
+    let n = tables.q + 1;
+    let nodes = &tables.interpolation.nodes;
+    let rim = tables.interpolation.coefficients(&nodes.iter().map(|&s| map.rim_length(s)).collect::<Vec<_>>());
+    let radial = map.start();
+    if radial.taper == 0.0 {
+        return rim.into_iter().flat_map(|w| std::iter::repeat_n(w / radial.radius, n)).collect();
+    }
+    // the height is a polynomial: first along v, then along s
+    let heights: Vec<Vec<f64>> =
+        nodes.iter().map(|&s| tables.columns.coefficients(&tables.columns.nodes.iter().map(|&v| map.height_at(s, v)).collect::<Vec<_>>())).collect();
+    let mut out = vec![0.0; (tables.p + 1) * n];
+    for iv in 0..n {
+        let row: Vec<f64> = heights.iter().map(|h| h[iv]).collect();
+        for (is, height) in tables.interpolation.coefficients(&row).into_iter().enumerate() {
+            out[is * n + iv] = (rim[is] - radial.taper * height) / radial.radius;
+        }
+    }
+    out
+}
+
+/// No fit at all: each sector the cylinder of its strut, w = w2. Of cylinders of one radius only: others do not meet on the cells' sides.
 pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
     let n = tables.p + 1;
     let w2 = |index: usize| -> Vec<f64> {
@@ -172,12 +195,12 @@ pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
 }
 
 /// All coefficients of a sector as forms of (constant, start jet, end jet, crease, start radial, end radial, inner).
-fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, crease: &CreaseForms, radials: [&RadialForms; 2]) -> Vec<Form> {
-    let p = tables.p;
+fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> Vec<Form> {
+    let (p, q) = (tables.p, tables.q);
     let which = layout.sectors[index].which;
     let (jets, nk, nr) = (2 * JET, tables.crease_free(), tables.radial_free());
     let inner_at = 1 + jets + nk + 2 * nr;
-    let width = inner_at + (p - 3) * (p - 3);
+    let width = inner_at + tables.inner();
     let from_crease = |f: &Form| {
         let mut out = vec![0.0; width];
         out[..f.len()].copy_from_slice(f);
@@ -195,15 +218,15 @@ fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap,
         out
     };
     let less = |a: &Form, f: f64, b: &Form| -> Form { a.iter().zip(b).map(|(x, y)| x - f * y).collect() };
-    let mut forms = vec![Vec::new(); (p + 1) * (p + 1)];
-    let at = |is: usize, iv: usize| is * (p + 1) + iv;
+    let mut forms = vec![Vec::new(); (p + 1) * (q + 1)];
+    let at = |is: usize, iv: usize| is * (q + 1) + iv;
     // the columns next to the radials
     for end in 0..2 {
-        let w2 = map.w2_of_ends()[end];
-        let across = radials[end].across(tables, map, which, end);
+        let scale = map.scale_of_ends()[end];
+        let across = radials[end].across(tables, map, end);
         let (edge, next, sign) = if end == 0 { (0, 1, -1.0) } else { (p, p - 1, 1.0) };
-        for iv in 0..=p {
-            let border = from_radial(&radials[end].w[iv], end, w2);
+        for iv in 0..=q {
+            let border = from_radial(&radials[end].w[iv], end, scale);
             forms[at(next, iv)] = less(&border, sign / p as f64, &from_radial(&across[iv], end, 1.0));
             forms[at(edge, iv)] = border;
         }
@@ -211,20 +234,19 @@ fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap,
     // the rows next to the crease; they meet the columns' twists by construction
     for is in 0..=p {
         let border = from_crease(&crease.w[is]);
-        forms[at(is, p - 1)] = less(&border, 1.0 / p as f64, &from_crease(&crease.across[which][is]));
-        forms[at(is, p)] = border;
+        forms[at(is, q - 1)] = less(&border, 1.0 / q as f64, &from_crease(&crease.across[which][is]));
+        forms[at(is, q)] = border;
     }
-    // the rim and the row next to it: the cylinder, w = w2
-    let rim = tables.interpolation.coefficients(&tables.interpolation.nodes.iter().map(|&s| 1.0 + map.t(s).powi(2)).collect::<Vec<_>>());
+    // the rim and the row next to it: the strut
     for is in 0..=p {
-        for iv in 0..2 {
+        for iv in 0..RIM_ROWS {
             forms[at(is, iv)] = vec![0.0; width];
-            forms[at(is, iv)][0] = rim[is];
+            forms[at(is, iv)][0] = own[at(is, iv)];
         }
     }
     let mut k = inner_at;
     for is in 2..=p - 2 {
-        for iv in 2..=p - 2 {
+        for iv in 2..=q - 2 {
             forms[at(is, iv)] = vec![0.0; width];
             forms[at(is, iv)][k] = 1.0;
             k += 1;
@@ -235,70 +257,85 @@ fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap,
 
 /// Sample parameters and tables at them, the same for every patch of a degree. Matrices are flat, row by row.
 struct Samples {
-    /// (parameter, weight).
-    rule: Vec<(f64, f64)>,
-    /// Basis values, `[sample * n + i]`.
-    basis: Vec<f64>,
-    /// Products of two basis values from `RIM_ROWS` on, `[(sample * rows + j) * rows + l]`.
+    along: Direction,
+    across: Direction,
+    /// Products of two basis values across, from `RIM_ROWS` on, `[(sample * rows + j) * rows + l]`.
     products: Vec<f64>,
-    /// Value and slope at each sample of the polynomial that is 1 at one interpolation node, `[sample * n + node]`.
-    lagrange: [Vec<f64>; 2],
-    /// Gram matrices of the basis, its first and its second derivatives, and what remains of them from `RIM_ROWS` on.
-    gram: [Vec<f64>; 3],
+    /// What remains of the Gram matrices across from `RIM_ROWS` on.
     gram_rows: [Vec<f64>; 3],
     /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`.
     bends: Vec<f64>,
 }
 
-impl Samples {
-    fn new(tables: &Tables) -> Self {
-        let (p, n, rows) = (tables.p, tables.p + 1, tables.p + 1 - RIM_ROWS);
-        let rule = gauss::rule(p + 3);
-        let all: Vec<[Vec<f64>; 3]> = rule.iter().map(|&(x, _)| basis(p, x)).collect();
+/// Sample parameters of one direction of the patches, and the basis at them.
+struct Direction {
+    /// (parameter, weight).
+    rule: Vec<(f64, f64)>,
+    /// Basis values, `[sample * n + i]`.
+    basis: Vec<f64>,
+    /// Value and slope at each sample of the polynomial that is 1 at one interpolation node, `[sample * n + node]`.
+    lagrange: [Vec<f64>; 2],
+    /// Gram matrices of the basis, its first and its second derivatives.
+    gram: [Vec<f64>; 3],
+}
+
+impl Direction {
+    fn new(interpolation: &Interpolation) -> Self {
+        let n = interpolation.nodes.len();
+        let rule = gauss::rule(n + 2);
+        let all: Vec<[Vec<f64>; 3]> = rule.iter().map(|&(x, _)| basis(n - 1, x)).collect();
         let gram = [0, 1, 2].map(|order| {
             let entry = |i: usize, j: usize| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum::<f64>();
             square(n, entry)
         });
-        let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
-        let products = all.iter().flat_map(|[b, ..]| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
         // column k of the inverse collocation matrix: coefficients of the polynomial that is 1 at node k
-        let units: Vec<Vec<f64>> = (0..n).map(|k| tables.interpolation.coefficients(&(0..n).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
+        let units: Vec<Vec<f64>> = (0..n).map(|k| interpolation.coefficients(&(0..n).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
         let lagrange = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
-        let mut bends = vec![0.0; (n * rows).pow(2)];
+        Direction { rule, basis: all.into_iter().flat_map(|[b, ..]| b).collect(), lagrange, gram }
+    }
+}
+
+impl Samples {
+    fn new(tables: &Tables) -> Self {
+        let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
+        let (along, across) = (Direction::new(&tables.interpolation), Direction::new(&tables.columns));
+        let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
+        let products = across.basis.chunks_exact(n).flat_map(|b| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
+        let mut bends = vec![0.0; (np * rows).pow(2)];
         let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
-        let triples = (0..n * n).flat_map(|k| [(k / n + 2 < n).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
+        let triples = (0..np * n).flat_map(|k| [(k / n + 2 < np).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
         for triple in triples {
             let weights = [1.0, -2.0, 1.0];
             for (a, f) in triple.into_iter().zip(weights) {
                 for (b, g) in triple.into_iter().zip(weights) {
                     if let (Some(a), Some(b)) = (slot(a), slot(b)) {
-                        bends[a * n * rows + b] += f * g;
+                        bends[a * np * rows + b] += f * g;
                     }
                 }
             }
         }
-        Samples { rule, basis: all.into_iter().flat_map(|[b, ..]| b).collect(), products, lagrange, gram, gram_rows, bends }
+        Samples { along, across, products, gram_rows, bends }
     }
 
     /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at the interpolation
-    /// nodes, since it is a polynomial of at most degree p each way. The map is regular, so the sign of its volume is known.
+    /// nodes, since it is a polynomial of at most the patch's degrees. The map is regular, so the sign of its volume is known.
     fn directions(&self, tables: &Tables, map: &SectorMap) -> Vec<(DVec3, f64)> {
-        let (n, m) = (tables.p + 1, self.rule.len());
-        let nodes = &tables.interpolation.nodes;
-        let [value, slope] = &self.lagrange;
+        let (np, n, m) = (tables.p + 1, tables.q + 1, self.along.rule.len());
+        let [value, slope] = &self.along.lagrange;
         // along s first: `[sample * n + node of v]`, Y and its derivative by s
         let mut along = vec![[DVec3::ZERO; 2]; m * n];
-        for (k, &s) in nodes.iter().enumerate() {
-            for (l, &v) in nodes.iter().enumerate() {
+        for (k, &s) in tables.interpolation.nodes.iter().enumerate() {
+            for (l, &v) in tables.columns.nodes.iter().enumerate() {
                 let y = map.y(s, v);
                 for a in 0..m {
                     let [at, by_s] = &mut along[a * n + l];
-                    *at += value[a * n + k] * y;
-                    *by_s += slope[a * n + k] * y;
+                    *at += value[a * np + k] * y;
+                    *by_s += slope[a * np + k] * y;
                 }
             }
         }
-        let mut out = Vec::with_capacity(m * m);
+        let [value, slope] = &self.across.lagrange;
+        let mut out = Vec::with_capacity(m * self.across.rule.len());
         for row in along.chunks_exact(n) {
             for (value, slope) in value.chunks_exact(n).zip(slope.chunks_exact(n)) {
                 let (mut y, mut by_s, mut by_v) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
@@ -332,33 +369,38 @@ struct Energy {
 }
 
 impl Energy {
-    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, forms: &[Form], sampler: &mut Sampler) -> Result<Energy, String> {
-        let (n, rows, m) = (tables.p + 1, tables.p + 1 - RIM_ROWS, samples.rule.len());
-        let size = n * rows;
-        // squared distance to the film: weight and target of w - w2 at each sample
+    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, own: &[f64], sampler: &mut Sampler) -> Result<Energy, String> {
+        let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
+        let m = samples.across.rule.len();
+        let size = np * rows;
+        // squared distance to the film: weight and target at each sample
         let directions = samples.directions(tables, map);
-        let mut weights = vec![0.0; m * m];
+        let mut weights = vec![0.0; samples.along.rule.len() * m];
         let mut pull = vec![0.0; size];
-        for (a, &(_, ws)) in samples.rule.iter().enumerate() {
-            let along = &samples.basis[a * n..(a + 1) * n];
-            let w2: f64 = along.iter().zip(forms.iter().step_by(n)).map(|(b, rim)| b * rim[0]).sum();
+        let mut own_at_s = vec![0.0; n];
+        for (a, &(_, ws)) in samples.along.rule.iter().enumerate() {
+            let along = &samples.along.basis[a * np..(a + 1) * np];
+            own_at_s.fill(0.0);
+            along.iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
             for step in 0..m {
                 let b = if a % 2 == 0 { step } else { m - 1 - step };
                 let (y, solid_angle) = directions[a * m + b];
+                let all = &samples.across.basis[b * n..(b + 1) * n];
+                let own: f64 = all.iter().zip(&own_at_s).map(|(f, x)| f * x).sum();
                 let hit = sampler.hit(y).ok_or("a ray from the node misses the film")?;
                 let (rho, length) = (hit.distance, y.length());
                 let facing = hit.normal.dot(y / length).max(LEAST_FACING);
                 let area = solid_angle * rho * rho / facing;
-                let weight = (rho * rho / length * facing).powi(2) * ws * samples.rule[b].1 * area;
+                let weight = (rho * rho / length * facing).powi(2) * ws * samples.across.rule[b].1 * area;
                 weights[a * m + b] = weight;
-                let across = &samples.basis[b * n + RIM_ROWS..(b + 1) * n];
-                let miss = weight * (length / rho - w2);
+                let across = &all[RIM_ROWS..];
+                let miss = weight * (length / rho - own);
                 for (i, f) in along.iter().enumerate() {
                     axpy(&mut pull[i * rows..(i + 1) * rows], miss * f, across);
                 }
             }
         }
-        // energies of w - w2, in cylinder coordinates of the strut
+        // energies of what w is beyond the strut's own gauge, in cylinder coordinates of the strut
         let (dphi, deta, w2) = map.extent();
         let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
         let area = dphi * deta / (w2 * w2);
@@ -367,18 +409,18 @@ impl Energy {
         let mut energy = vec![0.0; size * size];
         let mut block = vec![0.0; rows * rows];
         let mut line = vec![0.0; m];
-        for i in 0..n {
+        for i in 0..np {
             for k in 0..=i {
                 line.fill(0.0);
-                for a in 0..m {
-                    axpy(&mut line, samples.basis[a * n + i] * samples.basis[a * n + k], &weights[a * m..(a + 1) * m]);
+                for (along, weights) in samples.along.basis.chunks_exact(np).zip(weights.chunks_exact(m)) {
+                    axpy(&mut line, along[i] * along[k], weights);
                 }
                 block.fill(0.0);
                 for (f, products) in line.iter().zip(samples.products.chunks_exact(rows * rows)) {
                     axpy(&mut block, *f, products);
                 }
                 for (order, f) in plate.into_iter().enumerate() {
-                    axpy(&mut block, f * samples.gram[2 - order][i * n + k], &samples.gram_rows[order]);
+                    axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
                 }
                 for (j, line) in block.chunks_exact(rows).enumerate() {
                     let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
@@ -399,12 +441,12 @@ struct SparseRows {
 }
 
 impl SparseRows {
-    /// The control values of w - w2 behind the `RIM_ROWS`; the rim row holds w2.
-    fn deviation(n: usize, forms: &[Form]) -> SparseRows {
+    /// The control values behind the `RIM_ROWS`, less the strut's own.
+    fn deviation(n: usize, forms: &[Form], own: &[f64]) -> SparseRows {
         let mut out = SparseRows { width: forms[0].len(), starts: vec![0], entries: Vec::new() };
-        for column in forms.chunks_exact(n) {
-            for form in &column[RIM_ROWS..] {
-                let less = |k: usize| if k == 0 { column[0][0] } else { 0.0 };
+        for (column, own) in forms.chunks_exact(n).zip(own.chunks_exact(n)) {
+            for (form, own) in column.iter().zip(own).skip(RIM_ROWS) {
+                let less = |k: usize| if k == 0 { *own } else { 0.0 };
                 out.entries.extend(form.iter().enumerate().map(|(k, &x)| (k, x - less(k))).filter(|e| e.1 != 0.0));
                 out.starts.push(out.entries.len());
             }

@@ -171,6 +171,16 @@ impl<'a> SectorMap<'a> {
         (1.0 - s) * a + s * b
     }
 
+    /// The radial at its start; all of a sector have its strut's radius and taper.
+    pub fn start(&self) -> &Radial {
+        self.ends[0].radial
+    }
+
+    /// Height component of Y.
+    pub fn height_at(&self, s: f64, v: f64) -> f64 {
+        self.profile(s, v).0
+    }
+
     /// |E| at both ends, along the whole radial there: what multiplies the radial's own gauge.
     pub fn scale_of_ends(&self) -> [f64; 2] {
         match &self.turned {
@@ -313,11 +323,6 @@ impl<'a> SectorMap<'a> {
         natural(v) + smooth(v) * (self.crease(s)[0] - natural(1.0))
     }
 
-    /// Slope of Y's height component by v, at the rim.
-    pub fn rim_descent(&self, s: f64) -> f64 {
-        -self.profile(s, 0.0).1
-    }
-
     /// det(Y, Y_v, Y_s) of turned columns, and det(E, E_s), what it is per unit of descent where columns keep their azimuth.
     fn turned_area(&self, turned: &Turned, s: f64, v: f64) -> [f64; 2] {
         const STEP: f64 = 1e-5; // Y_s by differences: only weights and an inequality depend on it
@@ -330,15 +335,6 @@ impl<'a> SectorMap<'a> {
         let h_by_s = (self.profile(s + STEP, v).0 - self.profile(s - STEP, v).0) / (2.0 * STEP);
         let plain = e.perp_dot(e_by_s);
         [h * e_by_v.perp_dot(e_by_s) + h_by_q * plain + h_by_s * e.perp_dot(e_by_v), plain]
-    }
-
-    /// Solid angle per unit of ds dv at (s, v).
-    pub fn solid_angle(&self, s: f64, v: f64) -> f64 {
-        if let Some(turned) = &self.turned {
-            return self.turned_area(turned, s, v)[0] / self.y(s, v).length().powi(3);
-        }
-        let w2 = 1.0 + self.t(s).powi(2);
-        2.0 * self.dt() * self.profile(s, v).1 * w2 / self.y(s, v).length().powi(3)
     }
 
     /// Width (radians), mean height from crease to rim, and mean w2.

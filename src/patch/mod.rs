@@ -65,6 +65,8 @@ pub struct Rim {
     pub cut: f64,
     /// Circle radius in node units (1 for equal radii).
     pub radius: f64,
+    /// Growth of the strut's radius per unit of length away from the node: 0 for a cylinder.
+    pub taper: f64,
     /// The arcs of the rim, indices into `Skin::edges`, counter-clockwise about `axis`, closed.
     /// Empty for a degree-1 end: there the strut ends in a cap.
     pub arcs: Vec<usize>,
@@ -80,9 +82,33 @@ pub struct Fitted {
     pub quality: Quality,
 }
 
+/// Tables for one degree along creases, made once per run.
+pub struct Degree {
+    /// Cells that are uniform, and others.
+    uniform: forms::Tables,
+    turned: forms::Tables,
+}
+
+impl Degree {
+    /// `p`: degree along creases, at least 6.
+    pub fn new(p: usize) -> Self {
+        Degree { uniform: forms::Tables::new(p), turned: forms::Tables::turned(p) }
+    }
+
+    /// The degree along creases.
+    pub fn along(&self) -> usize {
+        self.uniform.p
+    }
+
+    fn tables(&self, uniform: bool) -> &forms::Tables {
+        if uniform { &self.uniform } else { &self.turned }
+    }
+}
+
 /// Fit an exactly G1 skin of the given degree to a film. Errors say what failed, without the node's name.
-pub fn fit(film: &Film, tables: &forms::Tables) -> Result<Fitted, String> {
+pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
     let layout = layout::Layout::new(&film.star, &film.cells)?;
+    let tables = degree.tables(layout.uniform);
     let problem = fit::Problem::new(tables, &layout, film)?;
     let mut reason = String::new();
     for stiffness in STIFFNESS {
@@ -99,7 +125,13 @@ pub fn fit(film: &Film, tables: &forms::Tables) -> Result<Fitted, String> {
 
 /// The last rung before refusal: every sector keeps its strut's own cylinder up to the cell side (w = w2), so struts
 /// meet in sharp creases. Tangent to the struts, closed and free of folds, but not smooth inside the node.
-pub fn sharp(film: &Film, tables: &forms::Tables) -> Result<Fitted, String> {
+///
+/// Only where the struts are cylinders of one radius: others do not meet on the cells' sides.
+pub fn sharp(film: &Film, degree: &Degree) -> Result<Fitted, String> {
+    if !film.cells.uniform || film.star.tapers.iter().any(|&k| k != 0.0) {
+        return Err("struts of unequal radius do not meet in the sides of their cells".into());
+    }
+    let tables = degree.tables(true);
     let layout = layout::Layout::new(&film.star, &film.cells)?;
     let skin = skin::skin(tables, &layout, &fit::cylinders(tables, &layout))?;
     let quality = check::measure(&skin, film);

@@ -12,35 +12,35 @@ use std::sync::Arc;
 /// Build the skin. Border rows are computed once per edge and copied into both patches, so that shared points are equal
 /// to the bit. Fails where a weight is not positive.
 pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String> {
-    let p = tables.p;
-    let knots: Arc<[f64]> = std::iter::repeat_n(0.0, p + 1).chain(std::iter::repeat_n(1.0, p + 1)).collect();
+    let (p, q) = (tables.p, tables.q);
+    let clamped = |p: usize| -> Arc<[f64]> { std::iter::repeat_n(0.0, p + 1).chain(std::iter::repeat_n(1.0, p + 1)).collect() };
+    let knots = [clamped(p), clamped(q)];
     let positive = |w: &[f64]| w.iter().all(|&x| x > 0.0);
     if !(fit.sectors.iter().all(|w| positive(w)) && fit.creases.iter().all(|w| positive(w)) && fit.radials.iter().all(|w| positive(w))) {
         return Err("the skin has a weight that is not positive".into());
     }
-    let nodes = &tables.interpolation.nodes;
     let divide = |y: Vec<DVec3>, w: &[f64]| -> Vec<DVec3> { y.into_iter().zip(w).map(|(y, w)| y / *w).collect() };
 
     // vertices: the corners, then the rim end of each radial
     let (nc, nk, nr) = (layout.corners.len(), layout.creases.len(), layout.radials.len());
     let mut vertices: Vec<DVec3> = layout.corners.iter().zip(&fit.corners).map(|(c, g)| c.k / *g).collect();
-    vertices.extend(layout.radials.iter().map(|r| r.cut * r.c + r.e));
+    vertices.extend(layout.radials.iter().map(|r| (r.cut * r.c + r.e) / r.own(r.cut)));
 
     // edges: creases, radials, then one rim arc per sector
     let mut edges = Vec::with_capacity(nk + nr + 2 * nk);
     for (k, crease) in layout.creases.iter().enumerate() {
         let map = SectorMap::new(layout, 2 * k);
-        let y: Vec<DVec3> = nodes.iter().map(|&s| map.crease(s)[0]).collect();
+        let y: Vec<DVec3> = tables.interpolation.nodes.iter().map(|&s| map.crease(s)[0]).collect();
         let mut points = divide(tables.interpolation.coefficients(&y), &fit.creases[k]);
         (points[0], points[p]) = (vertices[crease.corners[0]], vertices[crease.corners[1]]);
-        let curve = NurbsCurve { degree: p, knots: knots.clone(), points, weights: fit.creases[k].clone() };
+        let curve = NurbsCurve { degree: p, knots: knots[0].clone(), points, weights: fit.creases[k].clone() };
         edges.push(SkinEdge { ends: crease.corners, curve: SkinCurve::Spline(curve) });
     }
     for (k, radial) in layout.radials.iter().enumerate() {
-        let y: Vec<DVec3> = nodes.iter().map(|&v| map::radial(radial, layout.corners[radial.corner].k, v)).collect();
-        let mut points = divide(tables.interpolation.coefficients(&y), &fit.radials[k]);
-        (points[0], points[p]) = (vertices[nc + k], vertices[radial.corner]);
-        let curve = NurbsCurve { degree: p, knots: knots.clone(), points, weights: fit.radials[k].clone() };
+        let y: Vec<DVec3> = tables.columns.nodes.iter().map(|&v| map::radial(radial, layout.corners[radial.corner].k, v)).collect();
+        let mut points = divide(tables.columns.coefficients(&y), &fit.radials[k]);
+        (points[0], points[q]) = (vertices[nc + k], vertices[radial.corner]);
+        let curve = NurbsCurve { degree: q, knots: knots[1].clone(), points, weights: fit.radials[k].clone() };
         edges.push(SkinEdge { ends: [nc + k, radial.corner], curve: SkinCurve::Spline(curve) });
     }
     let mut patches = Vec::with_capacity(layout.sectors.len());
@@ -58,23 +58,23 @@ pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String>
         .iter()
         .map(|ring| {
             let radial = &layout.radials[layout.sectors[ring[0]].radials[0]];
-            Rim { axis: radial.c, cut: radial.cut, radius: 1.0, arcs: ring.iter().map(|&s| nk + nr + s).collect() }
+            let radius = 1.0 / radial.own(radial.cut);
+            Rim { axis: radial.c, cut: radial.cut * radius, radius, taper: radial.taper, arcs: ring.iter().map(|&s| nk + nr + s).collect() }
         })
         .collect();
     Ok(Skin { vertices, edges, patches, rims })
 }
 
 /// The patch of one sector, with the borders of its edges.
-fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[SkinEdge], knots: &Arc<[f64]>) -> NurbsSurface {
-    let p = tables.p;
-    let n = p + 1;
-    let nodes = &tables.interpolation.nodes;
+fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[SkinEdge], knots: &[Arc<[f64]>; 2]) -> NurbsSurface {
+    let (p, n) = (tables.p, tables.q + 1);
     let sector = &layout.sectors[index];
     let map = SectorMap::new(layout, index);
     let mut weights = fit.sectors[index].clone();
     // coefficients of Y: first along v, then along s
-    let columns: Vec<Vec<DVec3>> = nodes.iter().map(|&s| tables.interpolation.coefficients(&nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>())).collect();
-    let mut points = vec![DVec3::ZERO; n * n];
+    let column = |s: f64| tables.columns.coefficients(&tables.columns.nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>());
+    let columns: Vec<Vec<DVec3>> = tables.interpolation.nodes.iter().map(|&s| column(s)).collect();
+    let mut points = vec![DVec3::ZERO; (p + 1) * n];
     for iv in 0..n {
         let row: Vec<DVec3> = columns.iter().map(|c| c[iv]).collect();
         for (is, y) in tables.interpolation.coefficients(&row).into_iter().enumerate() {
@@ -87,8 +87,8 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
     };
     // Where corners were joined, the rim's ends have another w2 than the crease's. A geometric progression of weights along
     // a row changes its parameter, not its shape: the rim stays the circle, and all four borders share their corners' weights.
-    let ratio = [0, 1].map(|end| map.w2_of_ends()[end] / (1.0 + map.t(end as f64).powi(2)));
-    for is in 0..n {
+    let ratio = map.rim_ratio();
+    for is in 0..=p {
         let f = is as f64 / p as f64;
         let factor = ratio[0].powf(1.0 - f) * ratio[1].powf(f);
         weights[is * n] *= factor;
@@ -96,25 +96,25 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
     }
     let nk = layout.creases.len();
     let crease = spline(sector.crease);
-    for is in 0..n {
-        points[is * n + p] = crease.points[is];
-        weights[is * n + p] = crease.weights[is];
+    for is in 0..=p {
+        points[is * n + n - 1] = crease.points[is];
+        weights[is * n + n - 1] = crease.weights[is];
     }
     for end in 0..2 {
         let radial = spline(nk + sector.radials[end]);
-        let w2 = map.w2_of_ends()[end];
+        let scale = map.scale_of_ends()[end];
         for iv in 0..n {
             points[end * p * n + iv] = radial.points[iv];
-            weights[end * p * n + iv] = w2 * radial.weights[iv];
+            weights[end * p * n + iv] = scale * radial.weights[iv];
         }
     }
     if sector.which == 0 {
-        for is in 0..n / 2 {
+        for is in 0..(p + 1) / 2 {
             for iv in 0..n {
                 points.swap(is * n + iv, (p - is) * n + iv);
                 weights.swap(is * n + iv, (p - is) * n + iv);
             }
         }
     }
-    NurbsSurface { degree: [p, p], knots: [knots.clone(), knots.clone()], points, weights }
+    NurbsSurface { degree: [p, tables.q], knots: knots.clone(), points, weights }
 }
