@@ -2,6 +2,7 @@
 
 use crate::graph::Graph;
 use crate::ids::NodeId;
+pub use crate::math::angle;
 use glam::DVec3;
 
 /// One node in node units.
@@ -32,11 +33,6 @@ impl Star {
         let least = self.axes.iter().fold(1.0f64, |least, &c| if u.dot(c) > 0.0 { least.min(u.cross(c).length()) } else { least });
         1.0 / least
     }
-}
-
-/// The angle between two unit vectors, exact also near 0 and π. Radians.
-pub fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
 }
 
 /// Any unit vector perpendicular to unit `a`, chosen by its smallest component.
