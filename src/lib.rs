@@ -3,6 +3,7 @@
 //! Data flows one way: `graph ▶ node ▶ patch ▶ brep ▶ step`. `docs/architecture.md` draws it.
 
 pub mod brep;
+pub mod cuts;
 pub mod error;
 pub mod graph;
 pub mod ids;

@@ -2,6 +2,7 @@
 
 use crate::graph::Graph;
 use crate::ids::NodeId;
+pub use crate::math::angle;
 use glam::DVec3;
 
 /// One node in node units.
@@ -65,11 +66,6 @@ impl Star {
             if ahead > 0.0 { most.max(self.radii[i] / (u.cross(c).length() - self.tapers[i] * ahead)) } else { most }
         })
     }
-}
-
-/// The angle between two unit vectors, exact also near 0 and π. Radians.
-pub fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
 }
 
 /// Any unit vector perpendicular to unit `a`, chosen by its smallest component.
