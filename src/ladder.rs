@@ -2,9 +2,7 @@
 //!
 //! Soap film ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused.
 
-use crate::graph::Graph;
-use crate::ids::NodeId;
-use crate::node::{Film, Method, Star, cut};
+use crate::node::{Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
 use crate::patch::{self, Degree, Fitted, Rim, Skin};
@@ -51,12 +49,6 @@ pub struct Built {
     pub reasons: Vec<String>,
 }
 
-/// The star of a node: its directions, and the cuts of equations 3-5 in node radii.
-pub fn star(graph: &Graph, node: NodeId, options: &Options) -> Star {
-    let axes = Star::directions(graph, node);
-    let cuts = cut::cuts(&axes, options.lambda);
-    Star::uniform(axes, cuts)
-}
 
 /// Build one node with at least one strut; on failure the reasons, one for each rung.
 pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {

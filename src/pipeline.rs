@@ -4,8 +4,9 @@ use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surfac
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
 use crate::graph::proximity::{NearMiss, near_misses};
-use crate::graph::{self, Graph, Lattice};
-use crate::ids::{NodeId, StrutId};
+use crate::cuts;
+use crate::graph::{self, Arm, Graph, Lattice};
+use crate::ids::NodeId;
 use crate::ladder::{self, Built, Degrees, Rung};
 use crate::node::Star;
 use crate::options::Options;
@@ -130,29 +131,21 @@ pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progre
     Ok(())
 }
 
-/// Directions and cuts of all nodes, by `NodeId`; refused with all struts that are too short for their cuts.
+/// Directions, radii and cuts of all nodes, by `NodeId`; refused with all struts that have no room for any cuts.
 fn stars(graph: &Graph, options: &Options) -> Result<Vec<Star>, Error> {
-    let stars: Vec<Star> = graph.node_ids().collect::<Vec<_>>().into_par_iter().map(|n| ladder::star(graph, n, options)).collect();
-    let mut cuts = vec![[0.0; 2]; graph.struts().len()];
-    for node in graph.node_ids() {
-        for (arm, cut) in graph.arms(node).iter().zip(&stars[node.index()].cuts) {
-            cuts[arm.strut.index()][arm.end as usize] = cut * graph.radius(*arm);
+    let cuts = cuts::negotiate(graph, options.lambda).map_err(|conflicts| Error::BadInput(conflicts.iter().map(cuts::Conflict::fault).collect()))?;
+    let star = |node: NodeId| {
+        let arms = graph.arms(node);
+        let unit = graph.largest_radius(node);
+        let cut = |arm: &Arm| cuts.at[arm.strut.index()][arm.end as usize] / unit;
+        Star {
+            axes: Star::directions(graph, node),
+            cuts: arms.iter().map(cut).collect(),
+            radii: arms.iter().map(|&arm| graph.radius(arm) / unit).collect(),
+            tapers: arms.iter().map(|&arm| graph.taper(arm)).collect(),
         }
-    }
-    let mut faults = Vec::new();
-    for (k, [a, b]) in cuts.into_iter().enumerate() {
-        let length = graph.length(StrutId(k as u32));
-        if a + b >= length {
-            let radius = graph.struts()[k].ra;
-            faults.push(Fault::new(
-                format!("struts[{k}]"),
-                format!("cuts of {a:.6} mm and {b:.6} mm on a length of {length:.6} mm"),
-                format!("cuts that leave some strut between them: a radius below {:.6} mm (it is {radius} mm), or a smaller --lambda", radius * length / (a + b)),
-            ));
-        }
-    }
-    Error::unless_empty(faults)?;
-    Ok(stars)
+    };
+    Ok(graph.node_ids().collect::<Vec<_>>().into_par_iter().map(star).collect())
 }
 
 fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dyn Progress) -> Result<Vec<Option<Built>>, Error> {

@@ -45,7 +45,7 @@ pub fn admit(input: Input, mut faults: Vec<Fault>, overlaps: Overlaps) -> Result
     }
     Error::unless_empty(faults)?;
     let Input { name, nodes, mut struts } = input;
-    notes.extend(level_radii(&nodes, &mut struts));
+    notes.extend(level_radii(&mut struts));
     let graph = Graph::new(nodes, struts);
     let bare = graph.node_ids().filter(|&n| graph.degree(n) == 0);
     notes.extend(bare.map(|n| Note::new(format!("nodes[{}]", n.0), "has no strut: left out")));
@@ -68,7 +68,6 @@ fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
     let place = places(&input.nodes, apart, &mut faults);
     ends(input, apart, &place, &mut faults);
     radii(&input.struts, &mut faults);
-    equal_radii(input, &mut faults);
     resolution(input, &mut faults);
     let misses = proximity::among(&capsules(input, &place));
     (faults, misses)
@@ -196,45 +195,24 @@ fn radii(struts: &[Strut], faults: &mut Vec<Fault>) {
     }
 }
 
-fn are_equal(r: f64, s: f64) -> bool {
-    (r - s).abs() <= EQUAL_RADII * r.max(s)
-}
-
-/// Invariant: no strut is tapered, and all radii at a node are equal. A limit of this version, not of the form.
-fn equal_radii(input: &Input, faults: &mut Vec<Fault>) {
-    // The first sound strut end at each node: its strut and radius.
-    let mut first_at: Vec<Option<(usize, f64)>> = vec![None; input.nodes.len()];
-    for (k, s) in input.struts.iter().enumerate() {
-        if is_radius(s.ra) && is_radius(s.rb) && !are_equal(s.ra, s.rb) {
-            let found = format!("{} mm at one end and {} mm at the other", s.ra, s.rb);
-            faults.push(Fault::new(format!("struts[{k}].rb"), found, "equal radii at both ends (tapered struts are not supported yet)"));
-        }
-        for (end, node, r) in [("ra", s.a, s.ra), ("rb", s.b, s.rb)] {
-            let Some(first) = first_at.get_mut(node.index()).filter(|_| is_radius(r)) else { continue };
-            let (other, at_node) = *first.get_or_insert((k, r));
-            if !are_equal(r, at_node) {
-                let found = format!("{r} mm at nodes[{}], where struts[{other}] has {at_node} mm", node.0);
-                faults.push(Fault::new(format!("struts[{k}].{end}"), found, "equal radii at a node (unequal ones are not supported yet)"));
-            }
-        }
-    }
-}
-
-/// Radii equal but for round-off become equal in all bits, the first strut's of the connected part. Returns what it changed.
-fn level_radii(nodes: &[DVec3], struts: &mut [Strut]) -> Vec<Note> {
-    let parts = super::components::split(nodes.len(), struts);
+/// Radii equal but for round-off become equal in all bits: the first one's in the input. Returns what it changed.
+fn level_radii(struts: &mut [Strut]) -> Vec<Note> {
+    let ends = |struts: &[Strut]| -> Vec<f64> { struts.iter().flat_map(|s| [s.ra, s.rb]).collect() };
+    let radii = ends(struts);
+    let mut order: Vec<usize> = (0..radii.len()).collect();
+    order.sort_by(|&a, &b| radii[a].total_cmp(&radii[b]).then(a.cmp(&b)));
     let mut notes = Vec::new();
-    let mut radius = vec![None; parts.count()];
-    for (k, s) in struts.iter_mut().enumerate() {
-        let r = *radius[parts.of_strut[k].index()].get_or_insert(s.ra);
-        for (end, own) in [("ra", &mut s.ra), ("rb", &mut s.rb)] {
-            if *own != r {
-                notes.push(Note::new(format!("struts[{k}].{end}"), format!("{own} mm differs by round-off: taken as {r} mm")));
-                *own = r;
-            }
+    for equal in order.chunk_by(|&a, &b| radii[b] - radii[a] <= EQUAL_RADII * radii[b]) {
+        let r = radii[*equal.iter().min().expect("chunks are not empty")];
+        for &end in equal.iter().filter(|&&end| radii[end] != r) {
+            let s = &mut struts[end / 2];
+            let (name, own) = if end % 2 == 0 { ("ra", &mut s.ra) } else { ("rb", &mut s.rb) };
+            notes.push((end, Note::new(format!("struts[{}].{name}", end / 2), format!("{own} mm differs by round-off: taken as {r} mm"))));
+            *own = r;
         }
     }
-    notes
+    notes.sort_by_key(|n| n.0);
+    notes.into_iter().map(|n| n.1).collect()
 }
 
 /// Invariant: the step between neighbouring doubles at the largest coordinate is small against the smallest radius.

@@ -2,7 +2,7 @@
 //!
 //! In: the JSON form (`json`), or the name of a unit cell (`catalogue`). Out: a `Graph` in mm that has passed `check`:
 //! at least one strut, all ends in range, no two nodes in one place, no two struts between the same nodes,
-//! all radii of a connected part equal, and no two struts closer than their radii except where they share a node.
+//! and no two struts closer than their radii except where they share a node.
 //! Ids are the positions in the input, so a node without struts keeps its id: skip nodes of degree 0.
 //! Not promised: that the cuts fit into the struts. That is the node layer's to say.
 
@@ -147,6 +147,18 @@ impl Graph {
     pub fn radius(&self, arm: Arm) -> f64 {
         let s = &self.struts[arm.strut.index()];
         if arm.end == End::A { s.ra } else { s.rb }
+    }
+
+    /// The largest radius of the struts at a node (mm): the node's unit of length.
+    pub fn largest_radius(&self, node: NodeId) -> f64 {
+        self.arms(node).iter().map(|&arm| self.radius(arm)).fold(0.0, f64::max)
+    }
+
+    /// How much the strut's radius grows per unit of length away from this end.
+    pub fn taper(&self, arm: Arm) -> f64 {
+        let s = &self.struts[arm.strut.index()];
+        let growth = (s.rb - s.ra) / self.length(arm.strut);
+        if arm.end == End::A { growth } else { -growth }
     }
 
     /// The strut's length (mm).
