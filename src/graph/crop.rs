@@ -77,7 +77,8 @@ pub fn crop(graph: &Graph, min: DVec3, max: DVec3) -> Cropped {
             })
         };
         let (a, b) = (end(from, s.a), end(to, s.b));
-        let radius = |t: f64| s.ra + t * (s.rb - s.ra);
+        // An old end keeps its radius bit for bit.
+        let radius = |t: f64| if t == 1.0 { s.rb } else { s.ra + t * (s.rb - s.ra) };
         struts.push(Strut { a, b, ra: radius(from), rb: radius(to) });
         strut_origins.push(StrutId(k as u32));
     }
