@@ -129,7 +129,7 @@ fn a_row_of_cones_and_cylinders_is_its_frusta() {
     assert!((m.volume / volume - 1.0).abs() < 1e-12, "{m:?} {volume}");
     assert!((m.area / area - 1.0).abs() < 1e-9, "{m:?} {area}");
     let middle = DVec3::new(5.0, -3.0, 1.0) + DVec3::new(1.0, 0.3, -0.2).normalize() * (moment / volume);
-    assert!(m.centroid.distance(middle) < 1e-12);
+    assert!(m.centroid.distance(middle) < 1e-11, "{m:?} {middle}");
     assert_eq!(solid.slopes.iter().filter(|&&s| s == 0.0).count(), 1);
     // Tangent to the cones at every rim; the sharpest crease is at the thick node, between both cones.
     let q = quality(&model, 9, &[]);
