@@ -174,7 +174,9 @@ fn samples() {
         ("cone_up", single_tapered(Caps::Flat, [0.5, 0.8])),
         ("cone_down", single_tapered(Caps::Sphere, [0.8, 0.5])),
         ("cone_steep", single_tapered(Caps::Sphere, [0.1, 6.0])),
-        ("cone_slight", single_tapered(Caps::Sphere, [0.5, 0.5 + 1e-6])),
+        ("cone_flattest", single_tapered(Caps::Flat, [600.0, 0.001])),
+        ("cone_slight", single_tapered(Caps::Sphere, [0.5, 0.5 + 1e-8])),
+        ("cone_least", single_tapered(Caps::Sphere, [0.5, 0.5 + 1.2e-16])),
     ];
     for (name, model) in rows.into_iter().chain(cones) {
         for schema in [Schema::Ap242, Schema::Ap214, Schema::Ap203] {

@@ -34,7 +34,7 @@ pub struct AssembleOptions {
 
 /// A rim's axis may leave its strut by this much (radians); round-off stays below 1e-14.
 const AXIS_TOLERANCE: f64 = 1e-9;
-/// A rim's radius may differ from its strut's by this factor; round-off stays below 1e-15.
+/// A rim's radius may differ from its strut's by this part of the strut's larger radius; round-off stays below 1e-15.
 const RADIUS_TOLERANCE: f64 = 1e-12;
 
 /// Build one solid per connected component.
@@ -241,7 +241,7 @@ impl<'a> Builder<'a> {
             }
             let (at, r) = self.frame(node);
             let radius = self.graph.radius_at(arm, r * rim.cut);
-            if !((r * rim.radius - radius).abs() <= RADIUS_TOLERANCE * radius) {
+            if !((r * rim.radius - radius).abs() <= RADIUS_TOLERANCE * self.graph.widest(strut)) {
                 return Err(BrepError::RimRadius { node, strut, found: r * rim.radius, wanted: radius });
             }
             radii[end as usize] = radius;

@@ -156,6 +156,12 @@ impl Graph {
         near + (far - near) * (distance / self.length(arm.strut))
     }
 
+    /// The larger of the strut's two radii (mm).
+    pub fn widest(&self, strut: StrutId) -> f64 {
+        let s = &self.struts[strut.index()];
+        s.ra.max(s.rb)
+    }
+
     /// The strut's length (mm).
     pub fn length(&self, strut: StrutId) -> f64 {
         let s = &self.struts[strut.index()];

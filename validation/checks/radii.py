@@ -74,7 +74,7 @@ def check(model_or_path, expected: dict) -> dict:
 
     def compare(what: str, off: float, place: str) -> None:
         if not off <= worst[what][0]:
-            worst[what] = (off, place)
+            worst[what] = (float(off), place)
 
     for face in (f for f in model.faces if f.kind in STRUT_KINDS):
         ends = found_rims.get(face.index, [])
