@@ -84,7 +84,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     progress.stage("checks", 0, "");
     let rungs = rungs(graph, &facts_of_nodes);
     let sharp: Vec<NodeId> = rungs.sharp.iter().map(|l| l.node).collect();
-    let radius = graph.struts().iter().map(|s| s.ra).fold(0.0, f64::max);
+    let radius = graph.struts().iter().map(|s| s.ra.max(s.rb)).fold(0.0, f64::max);
     let quality = clock.time("checks", || {
         brep::check_topology(&model).map_err(internal)?;
         let quality = brep::quality(&model, CHECK_SAMPLES, &sharp);
@@ -240,7 +240,8 @@ fn counts(model: &Model) -> Counts {
         counts.vertices += c.vertices;
         for face in solid.faces() {
             match face.surface {
-                Surface::Cylinder(_) => counts.cylinders += 1,
+                Surface::Strut(k) if solid.slopes[k] == 0.0 => counts.cylinders += 1,
+                Surface::Strut(_) => counts.cones += 1,
                 Surface::Spline(_) => counts.patches += 1,
                 Surface::Plane { .. } | Surface::Sphere { .. } => counts.caps += 1,
             }

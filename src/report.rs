@@ -30,8 +30,10 @@ pub struct Counts {
     pub nodes: usize,
     pub struts: usize,
     pub faces: usize,
-    /// Cylindrical faces: one per strut.
+    /// Cylindrical faces: one per strut of one radius.
     pub cylinders: usize,
+    /// Conical faces: one per tapered strut.
+    pub cones: usize,
     /// Spline faces.
     pub patches: usize,
     /// Faces that close degree-1 ends.

@@ -68,6 +68,90 @@ fn a_row_of_tubes_is_one_cylinder() {
     q.check(&limits).unwrap();
 }
 
+/// Volume, area of the side and height of the centroid of a frustum of length `l`.
+fn frustum(a: f64, b: f64, l: f64) -> (f64, f64, f64) {
+    let squares = a * a + a * b + b * b;
+    (PI * l / 3.0 * squares, PI * (a + b) * (l * l + (b - a) * (b - a)).sqrt(), l / 4.0 * (a * a + 2.0 * a * b + 3.0 * b * b) / squares)
+}
+
+/// Radii of a row of six struts: cones that grow and shrink, steep and flat, and a cylinder.
+const RADII: [f64; 7] = [0.3, 0.5, 0.5, 1.4, 0.9, 0.8, 0.801];
+
+fn tapered() -> (Graph, Vec<Option<Skin>>) {
+    let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
+    skins::tapered_row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, &RADII, &turns)
+}
+
+#[test]
+fn measures_of_a_single_tapered_strut_are_closed_forms() {
+    let d = DVec3::new(1.0, 2.0, 2.0) / 3.0;
+    for (a, b) in [(0.5, 0.8), (0.8, 0.5), (0.2, 2.0), (0.5, 0.5 + 1e-9)] {
+        let case = skins::tapered_row(DVec3::ZERO, d, 6.0, &[a, b], &[]);
+        let (volume, side, height) = frustum(a, b, 6.0);
+        let model = build(&case, &AssembleOptions::default());
+        assert_eq!(Counts::of(&model.solids[0]), Counts { vertices: 2, edges: 3, faces: 3 });
+        assert_eq!([0, 1].map(|end| model.solids[0].rim(0, end).radius), [a, b]);
+        assert!((model.solids[0].slopes[0] - (b - a) / 6.0).abs() < 1e-15);
+        let flat = measure(&model.solids[0]).unwrap();
+        assert!((flat.volume / volume - 1.0).abs() < 1e-14);
+        assert!((flat.area / (side + PI * (a * a + b * b)) - 1.0).abs() < 1e-14);
+        assert!(flat.centroid.distance(d * height) < 1e-14);
+        let round = measure(&build(&case, &SPHERE).solids[0]).unwrap();
+        let balls = [a, b].map(|r: f64| 2.0 / 3.0 * PI * r.powi(3));
+        assert!((round.volume / (volume + balls[0] + balls[1]) - 1.0).abs() < 1e-14);
+        assert!((round.area / (side + 2.0 * PI * (a * a + b * b)) - 1.0).abs() < 1e-14);
+        let moment = volume * height - balls[0] * 0.375 * a + balls[1] * (6.0 + 0.375 * b);
+        assert!(round.centroid.distance(d * (moment / round.volume)) < 1e-14);
+    }
+}
+
+/// Ends of equal radius are a cylinder, and a cone that is almost one has its measures.
+#[test]
+fn a_cone_without_taper_is_a_cylinder() {
+    let of = |b: f64| measure(&build(&skins::tapered_row(DVec3::ZERO, DVec3::X, 6.0, &[0.5, b], &[]), &SPHERE).solids[0]).unwrap();
+    let (exact, near) = (of(0.5), of(0.5 + 1e-12));
+    assert!((near.volume / exact.volume - 1.0).abs() < 1e-11 && (near.area / exact.area - 1.0).abs() < 1e-11);
+    assert!(near.centroid.distance(exact.centroid) < 1e-11);
+}
+
+#[test]
+fn a_row_of_cones_and_cylinders_is_its_frusta() {
+    let model = build(&tapered(), &AssembleOptions::default());
+    let solid = &model.solids[0];
+    let (mut volume, mut area, mut moment) = (0.0, PI * (RADII[0] * RADII[0] + RADII[6] * RADII[6]), 0.0);
+    for (k, r) in RADII.windows(2).enumerate() {
+        let (v, s, h) = frustum(r[0], r[1], 4.0);
+        volume += v;
+        area += s;
+        moment += v * (4.0 * k as f64 + h);
+    }
+    let m = measure(solid).unwrap();
+    assert!((m.volume / volume - 1.0).abs() < 1e-12, "{m:?} {volume}");
+    assert!((m.area / area - 1.0).abs() < 1e-9, "{m:?} {area}");
+    let middle = DVec3::new(5.0, -3.0, 1.0) + DVec3::new(1.0, 0.3, -0.2).normalize() * (moment / volume);
+    assert!(m.centroid.distance(middle) < 1e-11, "{m:?} {middle}");
+    assert_eq!(solid.slopes.iter().filter(|&&s| s == 0.0).count(), 1);
+    // Tangent to the cones at every rim; the sharpest crease is at the thick node, between both cones.
+    let q = quality(&model, 9, &[]);
+    assert!(q.gap_mm.value < 1e-14 && q.rim_jump_deg.value < 1e-12, "{q:?}");
+    let crease = [0.9f64, 0.5].map(|fall| (fall / 4.0).atan().to_degrees()).iter().sum::<f64>();
+    assert!((q.inner_jump_deg.value - crease).abs() < 1e-9, "{q:?} {crease}");
+}
+
+#[test]
+fn a_rim_is_judged_against_the_normal_of_its_cone() {
+    let mut case = tapered();
+    // A patch at the thick node as a cylinder on its rim: radial where the strut's normal is not.
+    let patch = &mut case.1[3].as_mut().unwrap().patches[0];
+    let axis = DVec3::new(1.0, 0.3, -0.2).normalize();
+    for column in patch.surface.points.chunks_mut(2) {
+        column[1] = column[1].project_onto_normalized(axis) + column[0].reject_from_normalized(axis);
+    }
+    let q = quality(&build(&case, &AssembleOptions::default()), 9, &[]);
+    assert!((q.rim_jump_deg.value - (0.9f64 / 4.0).atan().to_degrees()).abs() < 1e-9, "{q:?}");
+    assert_eq!(q.rim_jump_deg.at.unwrap()[1], Label::Strut(StrutId(2)));
+}
+
 #[test]
 fn far_from_the_origin_no_digits_of_the_measures_are_lost() {
     let at = DVec3::new(4e6, -1e6, 3e6);
@@ -158,9 +242,14 @@ fn broken_skins_are_refused() {
     case.1[3].as_mut().unwrap().rims[0].radius = 0.9;
     assert!(matches!(fault(&case), BrepError::RimRadius { .. }));
 
+    // The rim of a tapered strut has the radius at its cut, not that at its node.
+    let mut case = tapered();
+    case.1[3].as_mut().unwrap().rims[0].radius = 1.0;
+    assert!(matches!(fault(&case), BrepError::RimRadius { node: NodeId(3), strut: StrutId(2), found, wanted } if found == 1.4 && wanted < 1.3));
+
     let mut case = single();
     case.1[0].as_mut().unwrap().rims[0].cut = 13.0;
-    assert!(matches!(fault(&case), BrepError::NoCylinder { room, .. } if (room + 0.5).abs() < 1e-12));
+    assert!(matches!(fault(&case), BrepError::NoRoom { room, .. } if (room + 0.5).abs() < 1e-12));
 }
 
 fn topology_fault(change: impl Fn(&mut Solid)) -> BrepError {

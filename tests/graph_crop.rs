@@ -50,6 +50,23 @@ fn strut_cut_at_its_first_end_keeps_its_direction() {
 }
 
 #[test]
+fn tapered_strut_keeps_its_taper() {
+    let strut = |a: u32, b: u32, ra: f64, rb: f64| Strut { a: NodeId(a), b: NodeId(b), ra, rb };
+    let nodes = vec![DVec3::ZERO, DVec3::X * 10.0, DVec3::X * 30.0];
+    for radii in [[0.1, 0.7, 0.3], [0.7, 0.1, 0.3]] {
+        let graph = Graph::new(nodes.clone(), vec![strut(0, 1, radii[0], radii[1]), strut(1, 2, radii[1], radii[2])]);
+        let c = crop(&graph, DVec3::splat(-5.0), dvec3(15.0, 5.0, 5.0));
+        assert_eq!(places(&c), [0.0, 10.0, 15.0]);
+        assert_eq!(c.graph.struts()[0], graph.struts()[0]); // bit for bit
+        let cut = c.graph.struts()[1];
+        assert_eq!(cut.ra, radii[1]);
+        assert!((cut.rb - (0.75 * radii[1] + 0.25 * radii[2])).abs() < 1e-15, "{cut:?}");
+        let at_cut = graph.radius_at(graph.arms(NodeId(2))[0], 15.0);
+        assert!((at_cut - cut.rb).abs() < 1e-15);
+    }
+}
+
+#[test]
 fn long_strut_is_cut_at_its_middle_at_the_latest() {
     let c = cropped_at(28.0);
     assert_eq!(places(&c), [0.0, 10.0, 20.0]);

@@ -47,6 +47,20 @@ fn the_reader_finds_what_was_written() {
 }
 
 #[test]
+fn cones_are_counted_apart_from_cylinders() {
+    let (graph, skins) = skins::tapered_row(DVec3::ZERO, DVec3::X, 4.0, &[0.5, 0.5, 0.7, 0.6], &[(4, 0.0), (3, 0.5)]);
+    let model = assemble(&graph, &skins, &AssembleOptions { caps: Caps::Sphere }).unwrap();
+    let measure = measure(&model.solids[0]).unwrap();
+    let mut out = vec![];
+    write(&model, &Facts { measure, gap_mm: 0.0 }, &StepOptions::default(), &mut out).unwrap();
+    let found = read_back(&out[..]).unwrap();
+    assert_eq!(found.faults(), Vec::<String>::new());
+    let s = &found.solids[0];
+    assert_eq!((s.cylinders, s.cones, s.spheres, s.splines, s.other_faces, s.bad_edges), (1, 2, 2, 14, 0, 0));
+    assert_eq!(found.validation.volume, Some(measure.volume));
+}
+
+#[test]
 fn an_open_shell_is_a_fault() {
     let (_, _, bytes) = written(Caps::Flat, &StepOptions::default());
     let text = String::from_utf8(bytes).unwrap();

@@ -20,6 +20,20 @@ fn single(caps: Caps) -> Model {
     assemble(&graph, &skins, &AssembleOptions { caps }).unwrap()
 }
 
+/// Radii of a row: cones that grow and shrink, and a cylinder.
+const RADII: [f64; 7] = [0.3, 0.5, 0.5, 1.4, 0.9, 0.8, 0.801];
+
+fn tapered(caps: Caps) -> Model {
+    let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
+    let (graph, skins) = skins::tapered_row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, &RADII, &turns);
+    assemble(&graph, &skins, &AssembleOptions { caps }).unwrap()
+}
+
+fn single_tapered(caps: Caps, radii: [f64; 2]) -> Model {
+    let (graph, skins) = skins::tapered_row(DVec3::ZERO, DVec3::new(1.0, 2.0, 2.0), 6.0, &radii, &[]);
+    assemble(&graph, &skins, &AssembleOptions { caps }).unwrap()
+}
+
 fn text(model: &Model, options: &StepOptions) -> String {
     let measure = measure::total(model.solids.iter().map(|s| measure(s).unwrap()));
     let facts = Facts { measure, gap_mm: quality(model, 9, &[]).gap_mm.value };
@@ -48,10 +62,31 @@ fn entities_are_counted_as_designed() {
     assert!(text.contains("ADVANCED_FACE('node_6/cap',"));
 }
 
+/// The half-angle is above 0, in radians; the placement is at the rim from which the radius grows.
+#[test]
+fn tapered_struts_are_cones() {
+    let all = text(&tapered(Caps::Flat), &StepOptions::default());
+    assert_eq!((count(&all, "CYLINDRICAL_SURFACE"), count(&all, "CONICAL_SURFACE"), count(&all, "CIRCLE")), (1, 5, 12));
+    for (radii, at, axis) in [([0.5, 0.8], "0.,0.,0.", ["0.333333333333", "0.666666666666"]), ([0.8, 0.5], "2.,4.,4.", ["-0.333333333333", "-0.666666666666"])] {
+        let text = text(&single_tapered(Caps::Flat, radii), &StepOptions::default());
+        let entity = |id: &str| text.lines().find_map(|l| l.strip_prefix(&format!("#{id}="))).unwrap().to_owned();
+        let inner = |body: &str, kind: &str| body.strip_prefix(kind).unwrap().trim_end_matches(");").to_owned();
+        let cone = text.lines().find_map(|l| l.split_once("=CONICAL_SURFACE('',#")).unwrap().1.trim_end_matches(");");
+        let [placement, radius, angle] = cone.split(',').collect::<Vec<_>>().try_into().unwrap();
+        assert_eq!(radius, "0.5");
+        assert!((angle.parse::<f64>().unwrap() / 0.05f64.atan() - 1.0).abs() < 1e-14);
+        let placement = inner(&entity(placement), "AXIS2_PLACEMENT_3D('',#");
+        let [center, z, _] = placement.split(",#").collect::<Vec<_>>().try_into().unwrap();
+        assert_eq!(inner(&entity(center), "CARTESIAN_POINT('',("), format!("{at})"));
+        let z = inner(&entity(z), "DIRECTION('',(");
+        assert!(z.starts_with(axis[0]) && z.contains(axis[1]), "{z}");
+    }
+}
+
 #[test]
 fn ids_are_unique_and_every_reference_exists() {
-    for (schema, caps) in [(Schema::Ap242, Caps::Sphere), (Schema::Ap214, Caps::Flat), (Schema::Ap203, Caps::Flat)] {
-        let text = text(&model(caps), &StepOptions { schema, ..StepOptions::default() });
+    for (schema, model) in [(Schema::Ap242, model(Caps::Sphere)), (Schema::Ap214, model(Caps::Flat)), (Schema::Ap203, tapered(Caps::Sphere)), (Schema::Ap242, tapered(Caps::Flat))] {
+        let text = text(&model, &StepOptions { schema, ..StepOptions::default() });
         let mut defined = std::collections::HashSet::new();
         let id = |s: &str| s.chars().take_while(char::is_ascii_digit).collect::<String>();
         for line in text.lines().filter(|l| l.starts_with('#') && l.contains('=')) {
@@ -132,7 +167,18 @@ fn what_cannot_be_written_is_refused() {
 #[ignore = "writes files for other programs to judge"]
 fn samples() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
-    for (name, model) in [("row_flat", model(Caps::Flat)), ("row_sphere", model(Caps::Sphere)), ("single_flat", single(Caps::Flat)), ("single_sphere", single(Caps::Sphere))] {
+    let rows = [("row_flat", model(Caps::Flat)), ("row_sphere", model(Caps::Sphere)), ("single_flat", single(Caps::Flat)), ("single_sphere", single(Caps::Sphere))];
+    let cones = [
+        ("cones_flat", tapered(Caps::Flat)),
+        ("cones_sphere", tapered(Caps::Sphere)),
+        ("cone_up", single_tapered(Caps::Flat, [0.5, 0.8])),
+        ("cone_down", single_tapered(Caps::Sphere, [0.8, 0.5])),
+        ("cone_steep", single_tapered(Caps::Sphere, [0.1, 6.0])),
+        ("cone_flattest", single_tapered(Caps::Flat, [600.0, 0.001])),
+        ("cone_slight", single_tapered(Caps::Sphere, [0.5, 0.5 + 1e-8])),
+        ("cone_least", single_tapered(Caps::Sphere, [0.5, 0.5 + 1.2e-16])),
+    ];
+    for (name, model) in rows.into_iter().chain(cones) {
         for schema in [Schema::Ap242, Schema::Ap214, Schema::Ap203] {
             let options = StepOptions { schema, product: "Größe 'x'".into(), ..StepOptions::default() };
             std::fs::write(folder.join(format!("{name}_{schema:?}.step")), text(&model, &options)).unwrap();

@@ -99,10 +99,12 @@ def expected(case: Case, graph: dict | None, report: dict) -> dict:
     out = {**case.limits, "radius_mm": case.radius_mm, "report": report, "report_counts": counts,
            "volume_mm3": report_fields.volume_mm3(report), "area_mm2": report_fields.area_mm2(report),
            "centroid_mm": report_fields.centroid_mm(report)}
-    for name in ("nodes", "struts", "patches", "caps", "faces", "circles"):
+    for name in ("nodes", "struts", "cylinders", "cones", "patches", "caps", "faces", "circles"):
         if name in counts:
             out[name] = counts[name]
     out["components"] = counts.get("components", 1)
+    if graph is not None:
+        out["lattice"] = graph
     if graph is not None and case.crop is None:
         out["graph"] = graph
         out["graph_counts"] = summary(graph)

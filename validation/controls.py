@@ -20,6 +20,16 @@ def cylinder():
     return b.Cylinder(1, 5)
 
 
+def round_cone():
+    """A frustum with a hemisphere on its thin end: an edge of the half-angle, as our round caps have on tapered struts."""
+    return b.Cone(2, 1, 5, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN)) + b.Pos(0, 0, 5) * b.Sphere(1)
+
+
+def bulging_cone():
+    """The same with a larger ball through the same rim."""
+    return b.Cone(2, 1, 5, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN)) + b.Pos(0, 0, 5.5) * b.Sphere(1.25**0.5)
+
+
 def filleted_box():
     """Every edge tangent."""
     box = b.Box(3, 4, 5)
@@ -74,7 +84,7 @@ def bow_tie_face():
     return BRepBuilderAPI_MakeFace(border.Wire()).Face()
 
 
-NAMES = {f.__name__: f for f in (cylinder, filleted_box, open_shell, tube_through_itself, overlapping_boxes, crease_prism)}
+NAMES = {f.__name__: f for f in (cylinder, round_cone, bulging_cone, filleted_box, open_shell, tube_through_itself, overlapping_boxes, crease_prism)}
 
 
 def make(name: str, folder: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What a lattice graph promises by itself: degrees, components, genus."""
+"""What a lattice graph promises by itself: degrees, tapered struts, components, genus."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ def degrees(graph: dict) -> np.ndarray:
         out[s["a"]] += 1
         out[s["b"]] += 1
     return out
+
+
+def is_tapered(strut: dict) -> bool:
+    """Radii equal but for round-off (1e-12 of them) are one radius."""
+    return abs(strut["ra"] - strut["rb"]) > 1e-12 * max(strut["ra"], strut["rb"])
 
 
 def components(graph: dict) -> int:
@@ -31,4 +36,5 @@ def components(graph: dict) -> int:
 def summary(graph: dict) -> dict:
     """genus = struts - nodes + components, summed over the components."""
     nodes, struts, parts = int((degrees(graph) > 0).sum()), len(graph["struts"]), components(graph)
-    return {"nodes": nodes, "struts": struts, "components": parts, "genus": struts - nodes + parts}
+    return {"nodes": nodes, "struts": struts, "cones": sum(map(is_tapered, graph["struts"])), "components": parts,
+            "genus": struts - nodes + parts}

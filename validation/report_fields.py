@@ -4,9 +4,9 @@ from __future__ import annotations
 
 
 def counts(report: dict) -> dict:
-    """nodes, struts, cylinders, patches, caps, faces, circles, components, genus: those that the report gives."""
+    """nodes, struts, cylinders, cones, patches, caps, faces, circles, components, genus: those that the report gives."""
     given = report.get("counts", {})
-    names = ("nodes", "struts", "cylinders", "patches", "caps", "faces", "circles", "components", "genus")
+    names = ("nodes", "struts", "cylinders", "cones", "patches", "caps", "faces", "circles", "components", "genus")
     return {name: given[name] for name in names if name in given}
 
 

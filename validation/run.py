@@ -43,6 +43,7 @@ def figures_of(check: str, found: dict) -> str:
         return "left out"
     pick = {
         "counts": ("struts", "patches", "caps", "euler"),
+        "radii": ("cones", "rim radius off", "half-angle off"),
         "tolerances": ("edge_mm", "vertex_mm"),
         "continuity": ("rim_max_deg", "inside_max_deg", "gap_mm"),
         "fold": ("lowest_cosine",),

@@ -1,7 +1,8 @@
 """Writes by hand the smallest lattice that is right by construction, or wrong in one chosen way: the known answer for the checks.
 
-One straight node of radius 1 on the z axis between two struts with flat caps. The struts are cylinders, 1 <= |z| <= 4; the node is eight
-rational patches of degree 2 x 4 whose profile radius is 1 + h (1 - z^2)^2: circles exact, tangent to the struts, smooth at z = 0.
+One straight node of radius 1 on the z axis between two struts with flat caps. The struts are cylinders, 1 <= |z| <= 4, or cones whose
+radius falls by t (grows, if below 0) per length away from the node; the node is eight rational patches of degree 2 x 4 whose profile radius is
+1 + h (1 - z^2)^2 + t/2 (1 - z^2): circles exact, tangent to the struts, smooth at z = 0.
 Volume and area are known in closed form (area to round-off by Gauss quadrature).
 """
 
@@ -31,6 +32,7 @@ class Fault:
     volume_factor: float = 1.0  # validation property and true volume
     extra_circle: bool = False
     copies: int = 1  # further solids along x
+    taper: float = 0.0  # no fault: fall of the struts' radius per length
     pcurves: str = "fitted"  # rims on the patches: "none", "line" (right place, wrong speed) or "fitted" to the circle's own parameter
 
 
@@ -38,6 +40,7 @@ def profile(fault: Fault) -> tuple[np.ndarray, np.ndarray]:
     """(radius, z) of the Bezier control points, bottom half and top half, 2 x 5 x 2."""
     # 1 + h (1 - z^2)^2 on z in [0, 1] as a Bezier curve of degree 4: monomials 1, -2z^2, z^4.
     top = 1 + BULGE * (1 - 2 * np.array([0, 0, 1 / 6, 1 / 2, 1]) + np.array([0, 0, 0, 0, 1]))
+    top = top + fault.taper / 2 * (1 - np.array([0, 0, 1 / 6, 1 / 2, 1]))  # z^2 in the same basis
     radius = np.array([top[::-1], top])
     z = np.array([np.linspace(-1, 0, 5), np.linspace(0, 1, 5)])
     radius[1, 3] -= np.tan(np.radians(fault.rim_deg)) * 0.25
@@ -48,24 +51,31 @@ def profile(fault: Fault) -> tuple[np.ndarray, np.ndarray]:
     return radius, z
 
 
-def truth() -> dict:
+def end_radius(taper: float) -> float:
+    return 1 - taper * (HALF_LENGTH - HALF_NODE)
+
+
+def truth(taper: float = 0.0) -> dict:
     x, w = np.polynomial.legendre.leggauss(40)
-    r, slope = 1 + BULGE * (1 - x**2) ** 2, -4 * BULGE * x * (1 - x**2)
-    straight = 2 * (HALF_LENGTH - HALF_NODE)
-    volume = np.pi * (np.sum(w * r**2) + straight)
-    area = 2 * np.pi * (np.sum(w * r * np.sqrt(1 + slope**2)) + straight + 1)
+    r, slope = 1 + BULGE * (1 - x**2) ** 2 + taper / 2 * (1 - x**2), -4 * BULGE * x * (1 - x**2) - taper * x
+    length, end = HALF_LENGTH - HALF_NODE, end_radius(taper)
+    volume = np.pi * (np.sum(w * r**2) + 2 / 3 * length * (1 + end + end**2))
+    area = 2 * np.pi * (np.sum(w * r * np.sqrt(1 + slope**2)) + (1 + end) * np.hypot(length, 1 - end) + end**2)
     return {"volume_mm3": float(volume), "area_mm2": float(area), "centroid_mm": [0.0, 0.0, 0.0]}
 
 
-def expected() -> dict:
+def expected(taper: float = 0.0) -> dict:
     """What the checks should be told of the solid without a fault."""
-    return {"nodes": 3, "struts": 2, "patches": 8, "caps": 2, "faces": 12, "circles": 4, "skins": 1, "components": 1, "radius_mm": 1.0,
-            "graph": {"nodes": [[0, 0, -4], [0, 0, 0], [0, 0, 4]],
-                      "struts": [{"a": 0, "b": 1, "ra": 1, "rb": 1}, {"a": 1, "b": 2, "ra": 1, "rb": 1}]},
-            "report_counts": {"nodes": 3, "struts": 2, "patches": 8, "caps": 2, "faces": 12, "circles": 4, "components": 1, "genus": 0},
-            "graph_counts": {"nodes": 3, "struts": 2, "components": 1, "genus": 0},
+    middle, end, cones = 1 + taper * HALF_NODE, end_radius(taper), 2 if taper else 0
+    graph = {"nodes": [[0, 0, -4], [0, 0, 0], [0, 0, 4]],
+             "struts": [{"a": 0, "b": 1, "ra": end, "rb": middle}, {"a": 1, "b": 2, "ra": middle, "rb": end}]}
+    return {"nodes": 3, "struts": 2, "cylinders": 2 - cones, "cones": cones, "patches": 8, "caps": 2, "faces": 12, "circles": 4, "skins": 1,
+            "components": 1, "radius_mm": 1.0, "graph": graph, "lattice": graph,
+            "report_counts": {"nodes": 3, "struts": 2, "cylinders": 2 - cones, "cones": cones, "patches": 8, "caps": 2, "faces": 12,
+                              "circles": 4, "components": 1, "genus": 0},
+            "graph_counts": {"nodes": 3, "struts": 2, "cones": cones, "components": 1, "genus": 0},
             "report": {"rungs": {"soap_film": 1}},
-            **truth()}
+            **truth(taper)}
 
 
 def real(x) -> str:
@@ -178,10 +188,13 @@ def solid(w: Writer, fault: Fault, shift: float) -> str:
             bound = w.loop([(arcs[h][q], True), (sides[h][(q + 1) % QUARTERS], True), (arcs[h + 1][q], False), (sides[h][q], False)])
             faces.append(w.face(bound, surfaces[h, q], not (fault.flip_face and h == 0 and q == 0)))
     for sign, i in ((-1, 0), (1, 2)):
-        end = w.vertex(at(1, 0, sign * HALF_LENGTH))
-        ring = w.add(f"CIRCLE('',{w.placement((shift, 0, sign * HALF_LENGTH), (0, 0, 1))},1.)")
+        thin = end_radius(fault.taper)
+        end = w.vertex(at(thin, 0, sign * HALF_LENGTH))
+        ring = w.add(f"CIRCLE('',{w.placement((shift, 0, sign * HALF_LENGTH), (0, 0, 1))},{real(thin)})")
         rim = w.edge(end, end, ring)
-        line = w.add(f"LINE('',{w.point(at(1, 0, 0))},{w.add(f'VECTOR({chr(39)}{chr(39)},{w.direction((0, 0, 1))},1.)')})")
+        tall = np.hypot(1, fault.taper)
+        upward = w.direction((-sign * fault.taper / tall, 0, 1 / tall))
+        line = w.add(f"LINE('',{w.point(at(1, 0, sign * HALF_NODE))},{w.add(f'VECTOR({chr(39)}{chr(39)},{upward},1.)')})")
         low, high = (end, rings[0][0]) if sign < 0 else (rings[2][0], end)
         seam = w.edge(low, high, line)
         inner = [(e, True) for e in arcs[i]]
@@ -189,8 +202,14 @@ def solid(w: Writer, fault: Fault, shift: float) -> str:
             ordered = inner + [(seam, True), (rim, False), (seam, False)]
         else:
             ordered = [(rim, True), (seam, True)] + [(e, False) for e, _ in reversed(inner)] + [(seam, False)]
-        cylinder = w.add(f"CYLINDRICAL_SURFACE('',{w.placement((shift, 0, 0), (0, 0, 1))},1.)")
-        faces.append(w.face(w.loop(ordered), cylinder))
+        if fault.taper:
+            # At the rim from which the radius grows: the half-angle of a cone is above 0.
+            at_rim, away = (HALF_LENGTH, -sign) if fault.taper > 0 else (HALF_NODE, sign)
+            place = w.placement((shift, 0, sign * at_rim), (0, 0, away))
+            side = w.add(f"CONICAL_SURFACE('',{place},{real(min(thin, 1))},{real(np.arctan(abs(fault.taper)))})")
+        else:
+            side = w.add(f"CYLINDRICAL_SURFACE('',{w.placement((shift, 0, 0), (0, 0, 1))},1.)")
+        faces.append(w.face(w.loop(ordered), side))
         plane = w.add(f"PLANE('',{w.placement((shift, 0, sign * HALF_LENGTH), (0, 0, sign))})")
         faces.append(w.face(w.loop([(rim, sign > 0)]), plane))
     if fault.drop_face:
@@ -216,7 +235,7 @@ def step(fault: Fault = Fault()) -> str:
     solids = [solid(w, fault, 3.0 * k) for k in range(fault.copies)]
     brep = w.add(f"ADVANCED_BREP_SHAPE_REPRESENTATION('',({w.placement((0, 0, 0), (0, 0, 1))},{','.join(solids)}),{context})")
     w.add(f"SHAPE_DEFINITION_REPRESENTATION({shape},{brep})")
-    known = truth()
+    known = truth(fault.taper)
     cubic = w.add(f"DERIVED_UNIT(({w.add(f'DERIVED_UNIT_ELEMENT({mm},3.)')}))")
     square = w.add(f"DERIVED_UNIT(({w.add(f'DERIVED_UNIT_ELEMENT({mm},2.)')}))")
     for item in (f"MEASURE_REPRESENTATION_ITEM('volume measure',VOLUME_MEASURE({real(known['volume_mm3'] * fault.volume_factor)}),{cubic})",

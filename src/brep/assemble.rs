@@ -1,5 +1,5 @@
-//! `Graph` + `Skin`s ▶ `Model`: takes over the skins' topology, adds one cylinder per strut with
-//! an explicit seam, and caps.
+//! `Graph` + `Skin`s ▶ `Model`: takes over the skins' topology, adds one cylinder or cone per strut
+//! with an explicit seam, and caps.
 //!
 //! Each point is computed once, as `node + radius · p`, and shared by index from then on, so the
 //! border rows of patches and the edges between them stay equal bit for bit.
@@ -22,7 +22,8 @@ pub enum Caps {
     /// A flat disc through the node.
     #[default]
     Flat,
-    /// A hemisphere about the node.
+    /// A hemisphere about the node with the strut's end radius: inside the ball that the overlap check knows. Tangent to a
+    /// cylinder; a cone meets it at its half-angle.
     Sphere,
 }
 
@@ -33,7 +34,7 @@ pub struct AssembleOptions {
 
 /// A rim's axis may leave its strut by this much (radians); round-off stays below 1e-14.
 const AXIS_TOLERANCE: f64 = 1e-9;
-/// A rim's radius may differ from its strut's by this factor; round-off stays below 1e-15.
+/// A rim's radius may differ from its strut's by this part of the strut's larger radius; round-off stays below 1e-15.
 const RADIUS_TOLERANCE: f64 = 1e-12;
 
 /// Build one solid per connected component.
@@ -88,6 +89,7 @@ struct Builder<'a> {
     points: Vec<DVec3>,
     vertex_count: usize,
     seams: Vec<DVec3>,
+    slopes: Vec<f64>,
     circles: Vec<Circle>,
     /// The closed edge on a rim without vertices, indexed by circle.
     closed: Vec<Option<usize>>,
@@ -105,6 +107,7 @@ impl<'a> Builder<'a> {
             points: vec![],
             vertex_count: 0,
             seams: vec![],
+            slopes: vec![],
             circles: vec![],
             closed: vec![],
             edges: vec![],
@@ -190,8 +193,8 @@ impl<'a> Builder<'a> {
         let brep = CompressedSolid { boundaries: vec![shell] };
         let centers = nodes.iter().map(|n| self.graph.nodes()[n.index()]).collect();
         let ends = struts.iter().map(|s| self.graph.struts()[s.index()]).map(|s| [of_node(s.a), of_node(s.b)]).collect();
-        let (points, seams, circles, labels) = (self.points, self.seams, self.circles, self.labels);
-        let mut solid = Solid { nodes, centers, struts, ends, points, seams, circles, brep, labels };
+        let (points, seams, slopes, circles, labels) = (self.points, self.seams, self.slopes, self.circles, self.labels);
+        let mut solid = Solid { nodes, centers, struts, ends, points, seams, slopes, circles, brep, labels };
         map_rims(&mut solid);
         Ok(solid)
     }
@@ -220,13 +223,10 @@ impl<'a> Builder<'a> {
         strut: StrutId,
         first_vertex: impl Fn(NodeId) -> usize,
     ) -> Result<[StrutEnd; 2], BrepError> {
-        let s = self.graph.struts()[strut.index()];
-        if s.ra != s.rb {
-            return Err(BrepError::Tapered { strut, ra: s.ra, rb: s.rb });
-        }
         let axis = self.outward(Arm { strut, end: End::A });
         let side = axis.any_orthonormal_vector();
         let mut centers = [DVec3::ZERO; 2];
+        let mut radii = [0.0; 2];
         let mut azimuths: [Vec<f64>; 2] = [vec![], vec![]];
         let mut vertices: [Vec<usize>; 2] = [vec![], vec![]];
         for end in [End::A, End::B] {
@@ -240,9 +240,11 @@ impl<'a> Builder<'a> {
                 return Err(BrepError::RimAxis { node, strut, angle });
             }
             let (at, r) = self.frame(node);
-            if (r * rim.radius - s.ra).abs() > RADIUS_TOLERANCE * s.ra {
-                return Err(BrepError::RimRadius { node, strut, found: r * rim.radius, wanted: s.ra });
+            let radius = self.graph.radius_at(arm, r * rim.cut);
+            if !((r * rim.radius - radius).abs() <= RADIUS_TOLERANCE * self.graph.widest(strut)) {
+                return Err(BrepError::RimRadius { node, strut, found: r * rim.radius, wanted: radius });
             }
+            radii[end as usize] = radius;
             let center = at + r * rim.cut * outward;
             centers[end as usize] = center;
             for (k, &arc) in rim.arcs.iter().enumerate() {
@@ -258,7 +260,7 @@ impl<'a> Builder<'a> {
         }
         let room = (centers[1] - centers[0]).dot(axis);
         if room <= 0.0 {
-            return Err(BrepError::NoCylinder { strut, room });
+            return Err(BrepError::NoRoom { strut, room });
         }
         let seam = seam::place(&azimuths[0], &azimuths[1]);
         // The seam runs through an existing vertex if there is one; its azimuth is exact there.
@@ -277,7 +279,7 @@ impl<'a> Builder<'a> {
             };
             if seam.at[e].is_none() {
                 out[e].split = arc_at(&azimuths[e], seam, end);
-                self.points.push(centers[e] + s.ra * x);
+                self.points.push(centers[e] + radii[e] * x);
             }
             // The frame's own x keeps away from vertices: the middle of the first arc.
             let middle = match vertices[e][..] {
@@ -287,9 +289,11 @@ impl<'a> Builder<'a> {
                     arc_middle(centers[e], outward_sign(end) * axis, [first, second].map(|v| self.points[v]))
                 }
             };
-            self.circles.push(Circle { center: centers[e], axis, x: middle, radius: s.ra });
+            self.circles.push(Circle { center: centers[e], axis, x: middle, radius: radii[e] });
         }
         self.seams.push(x);
+        let s = &self.graph.struts()[strut.index()];
+        self.slopes.push((s.rb - s.ra) / self.graph.length(strut));
         Ok(out)
     }
 
@@ -378,7 +382,7 @@ impl<'a> Builder<'a> {
         around
     }
 
-    /// The seam and the cylinder of a strut.
+    /// The seam and the face of a strut.
     fn strut_face(&mut self, strut: StrutId, k: usize, ends: [StrutEnd; 2], rims: [Vec<CompressedEdgeIndex>; 2]) {
         let index = self.edges.len();
         let vertices = (ends[0].seam_vertex, ends[1].seam_vertex);
@@ -387,7 +391,7 @@ impl<'a> Builder<'a> {
         boundary.push(CompressedEdgeIndex { index, orientation: true });
         boundary.extend(rim_b);
         boundary.push(CompressedEdgeIndex { index, orientation: false });
-        self.face(vec![boundary], Surface::Cylinder(k), Label::Strut(strut));
+        self.face(vec![boundary], Surface::Strut(k), Label::Strut(strut));
     }
 
     fn patch_face(&mut self, node: NodeId, patch: &Patch, pieces: &[Pieces], label: Label) {

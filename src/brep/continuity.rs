@@ -45,7 +45,7 @@ impl fmt::Display for Worst {
 /// What the samples showed. Worst places are the first in face order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// Largest angle between patch and cylinder normals, degrees.
+    /// Largest angle between the normals of patch and strut (cylinder or cone), degrees.
     pub rim_jump_deg: Worst,
     /// Largest angle between the normals of two patches of a node, degrees.
     pub inner_jump_deg: Worst,
@@ -190,9 +190,8 @@ fn node_quality(solid: &Solid, n: usize, faces: Range<usize>, samples: usize) ->
             let strut = label.strut().map_or(label, Label::Strut);
             for k in 0..samples {
                 let jet = Side { surface: &surface, side: 0 }.jet(fraction(k));
-                let p = jet.p + (origin - circle.center);
-                let radial = p.reject_from_normalized(circle.axis).normalize();
-                out.rim_jump_deg.raise(angle_deg(normal(&jet), radial), [label, strut]);
+                let of_strut = solid.strut_normal(c / 2, jet.p + (origin - circle.center));
+                out.rim_jump_deg.raise(angle_deg(normal(&jet), of_strut), [label, strut]);
                 out.gap_mm.raise(circle.distance(jet.p + origin), [label, strut]);
             }
         }

@@ -13,12 +13,10 @@ pub enum BrepError {
     RimNotClosed { node: NodeId, strut: StrutId },
     #[error("node {0}, strut {1}: the rim's axis leaves the strut by {angle:.3e} rad", .node.0, .strut.0)]
     RimAxis { node: NodeId, strut: StrutId, angle: f64 },
-    #[error("strut {0}: end radii {ra} and {rb} mm differ; conical struts are not supported yet", .strut.0)]
-    Tapered { strut: StrutId, ra: f64, rb: f64 },
-    #[error("node {0}, strut {1}: rim radius {found} mm, strut radius {wanted} mm", .node.0, .strut.0)]
+    #[error("node {0}, strut {1}: rim radius {found} mm, strut radius there {wanted} mm", .node.0, .strut.0)]
     RimRadius { node: NodeId, strut: StrutId, found: f64, wanted: f64 },
-    #[error("strut {0}: its rims leave {room} mm of cylinder; more than 0 is needed", .strut.0)]
-    NoCylinder { strut: StrutId, room: f64 },
+    #[error("strut {0}: its rims leave {room} mm of strut; more than 0 is needed", .strut.0)]
+    NoRoom { strut: StrutId, room: f64 },
     #[error("solid {solid}, edge {edge}: used {forward} times forward and {backward} times backward; once each is needed")]
     EdgeUse { solid: usize, edge: usize, forward: usize, backward: usize },
     #[error("solid {solid}, {face}: its boundary loop is open or empty")]

@@ -1,8 +1,8 @@
 //! Volume, area and centroid by exact integration, from the faces alone: closed forms for
-//! cylinders and caps, the divergence theorem with Gauss's rule over the knot spans of patches.
+//! cylinders, cones and caps, the divergence theorem with Gauss's rule over the knot spans of patches.
 //!
-//! Every rim circle is closed by its disc, which cuts the solid into closed bodies: one cylinder a
-//! strut and one blob a node. Each body is measured about its own origin, so a lattice far from
+//! Every rim circle is closed by its disc, which cuts the solid into closed bodies: one cylinder or
+//! frustum a strut and one blob a node. Each body is measured about its own origin, so a lattice far from
 //! the origin, or a long one, loses no digits. Bodies are added in the order of their ids.
 
 use super::error::BrepError;
@@ -65,13 +65,23 @@ pub fn measure(solid: &Solid) -> Result<Measure, BrepError> {
             return Err(BrepError::InsideOut { node, volume: body.volume });
         }
     }
-    let struts = (0..solid.struts.len()).map(|k| {
-        let [a, b] = [0, 1].map(|end| solid.rim(k, end));
-        let length = (b.center - a.center).dot(a.axis);
-        let volume = PI * a.radius * a.radius * length;
-        Measure { volume, area: 2.0 * PI * a.radius * length, centroid: 0.5 * (a.center + b.center) }
-    });
+    let struts = (0..solid.struts.len()).map(|k| strut_body(solid, k));
     Ok(total(nodes.iter().copied().chain(struts)))
+}
+
+/// The cylinder or frustum between a strut's rims.
+fn strut_body(solid: &Solid, k: usize) -> Measure {
+    let [a, b] = [0, 1].map(|end| solid.rim(k, end));
+    let length = (b.center - a.center).dot(a.axis);
+    if solid.slopes[k] == 0.0 {
+        let volume = PI * a.radius * a.radius * length;
+        return Measure { volume, area: 2.0 * PI * a.radius * length, centroid: 0.5 * (a.center + b.center) };
+    }
+    let (p, q) = (a.radius, b.radius);
+    let squares = p * p + p * q + q * q;
+    let height = 0.25 * (p * p + 2.0 * p * q + 3.0 * q * q) / squares;
+    let area = PI * (p + q) * length.hypot(q - p);
+    Measure { volume: PI / 3.0 * squares * length, area, centroid: a.center.lerp(b.center, height) }
 }
 
 /// Sum of disjoint bodies, in the order given; their common centroid.
@@ -124,7 +134,7 @@ fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Ci
                 let centroid = c.center + 0.375 * c.radius * out;
                 return Measure { volume: 2.0 / 3.0 * square * c.radius, area: 2.0 * square, centroid };
             }
-            Surface::Cylinder(_) => {}
+            Surface::Strut(_) => {}
         }
     }
     for (circle, sign) in rims {

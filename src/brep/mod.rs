@@ -2,7 +2,7 @@
 //! The only layer that names truck. Lengths in mm.
 //!
 //! Promised: every edge used twice in opposite senses, shared points bit for bit equal, exact
-//! cylinders and circles, ids that depend on the graph alone. Each promise has its own check.
+//! cylinders, cones and circles, ids that depend on the graph alone. Each promise has its own check.
 
 pub mod assemble;
 pub mod continuity;

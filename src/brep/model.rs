@@ -33,6 +33,9 @@ pub struct Solid {
     pub points: Vec<DVec3>,
     /// Unit vectors from the axis of each of `struts` to its seam.
     pub seams: Vec<DVec3>,
+    /// Growth of the radius of each of `struts` per length from a to b: 0 for a cylinder, else the tangent of the cone's
+    /// half-angle, negative where the strut gets thinner.
+    pub slopes: Vec<f64>,
     /// Rims first: the circles of `struts[k]` are `2 k` (end a) and `2 k + 1` (end b).
     /// Behind them the meridians of spherical caps.
     pub circles: Vec<Circle>,
@@ -79,11 +82,11 @@ pub struct SplineCurve {
 /// Geometry of a face.
 #[derive(Clone, Debug)]
 pub enum Surface {
-    /// The cylinder of `struts[.0]`: radius and axis of its rims, x to its seam; normal outward.
-    Cylinder(usize),
+    /// The cylinder or cone (see `Solid::slopes`) of `struts[.0]`: through its rims, x to its seam; normal outward.
+    Strut(usize),
     /// Through `circles[circle]`; the normal is its axis, or the opposite if `flipped`.
     Plane { circle: usize, flipped: bool },
-    /// About the centre of `circles[circle]`; pole along its axis, or the opposite if `flipped`.
+    /// Half a sphere on `circles[circle]`; pole along its axis, or the opposite if `flipped`.
     Sphere { circle: usize, flipped: bool },
     Spline(SplineSurface),
 }
@@ -106,7 +109,7 @@ pub struct SplineSurface {
 /// Where a face comes from. Its text is the face's name in the STEP file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Label {
-    /// The cylinder of a strut.
+    /// The cylinder or cone of a strut.
     Strut(StrutId),
     /// Patch number `number` (from 1) of this strut's cell at this node.
     Patch { node: NodeId, strut: StrutId, number: u32 },
@@ -133,7 +136,7 @@ impl Label {
         }
     }
 
-    /// The strut whose cylinder or cell the face belongs to.
+    /// The strut whose own face or cell the face belongs to.
     pub fn strut(self) -> Option<StrutId> {
         match self {
             Label::Strut(strut) | Label::Patch { strut, .. } => Some(strut),
@@ -184,6 +187,7 @@ impl Solid {
         };
         self.points.iter().all(|p| p.is_finite())
             && self.circles.iter().all(Circle::is_finite)
+            && self.slopes.iter().all(|s| s.is_finite())
             && self.shell().edges.iter().all(|e| curve(&e.curve))
             && self.faces().iter().all(|f| surface(&f.surface))
     }
@@ -191,6 +195,13 @@ impl Solid {
     /// The rim circle of `struts[k]` at end a (0) or b (1).
     pub fn rim(&self, k: usize, end: usize) -> &Circle {
         &self.circles[2 * k + end]
+    }
+
+    /// Outward normal of the face of `struts[k]` at a place given from a point of the strut's axis (mm).
+    pub fn strut_normal(&self, k: usize, place: DVec3) -> DVec3 {
+        let axis = self.rim(k, 0).axis;
+        let out = place.reject_from_normalized(axis);
+        (out - self.slopes[k] * out.length() * axis).normalize()
     }
 
     /// The spline with its control points, relative to `origin` (mm).

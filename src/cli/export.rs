@@ -45,7 +45,7 @@ pub struct ExportArgs {
     /// How films are faired: `ray` keeps vertices on their rays; `paper` is the paper's own, which folds more often
     #[arg(long, value_enum, default_value_t = FairingArg::Ray)]
     fairing: FairingArg,
-    /// How struts end at nodes of degree 1
+    /// How struts end at nodes of degree 1: a disc, or half a ball (which meets a tapered strut in an edge)
     #[arg(long, value_enum, default_value_t = CapsArg::Flat)]
     caps: CapsArg,
     /// STEP schema
@@ -184,7 +184,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
 fn summary(report: &Report, path: &std::path::Path) -> String {
     let (c, q, r) = (&report.counts, &report.quality, &report.rungs);
     let mut text = format!(
-        "{}: {} solid{}, {} struts, {} nodes, {} faces ({} cylinders, {} patches, {} caps), {:.1} MB\n",
+        "{}: {} solid{}, {} struts, {} nodes, {} faces ({} cylinders, {}{} patches, {} caps), {:.1} MB\n",
         path.display(),
         c.components,
         if c.components == 1 { "" } else { "s" },
@@ -192,6 +192,7 @@ fn summary(report: &Report, path: &std::path::Path) -> String {
         c.nodes,
         c.faces,
         c.cylinders,
+        if c.cones > 0 { format!("{} cones, ", c.cones) } else { String::new() },
         c.patches,
         c.caps,
         report.bytes as f64 / 1e6

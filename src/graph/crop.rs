@@ -8,7 +8,7 @@
 //! - A strut with no node in the box is dropped, even where it passes through: a loose piece belongs to no node.
 //! - Nodes left without struts are dropped. Nodes keep their order; new nodes follow, in the order of their struts.
 //!
-//! Room: three radii, and along each neighbouring strut's silhouette 1.5 r / tan(θ/2) + 2 r, θ the angle between the two: the cut
+//! Room, with the larger radius of a tapered strut: three radii, and along each neighbouring strut's silhouette 1.5 r / tan(θ/2) + 2 r, θ the angle between the two: the cut
 //! of the paper's eq. 3 with λ = 0.5 and two radii for the cut end. Guessed; the node layer measures the real cuts.
 
 use super::{Arm, End, Graph, Strut};
@@ -77,7 +77,8 @@ pub fn crop(graph: &Graph, min: DVec3, max: DVec3) -> Cropped {
             })
         };
         let (a, b) = (end(from, s.a), end(to, s.b));
-        let radius = |t: f64| s.ra + t * (s.rb - s.ra);
+        // An old end keeps its radius bit for bit.
+        let radius = |t: f64| if t == 1.0 { s.rb } else { s.ra + t * (s.rb - s.ra) };
         struts.push(Strut { a, b, ra: radius(from), rb: radius(to) });
         strut_origins.push(StrutId(k as u32));
     }
@@ -91,14 +92,13 @@ fn fate(graph: &Graph, strut: StrutId, min: DVec3, max: DVec3) -> Fate {
     let Some((from, to)) = clip(p, q, min, max) else { return Fate::Dropped };
     let length = graph.length(strut);
     let left = (to - from) * length;
-    let radius = s.ra.max(s.rb);
     let end = match (inside(p), inside(q)) {
         (true, true) => return Fate::Whole,
         (false, false) => return Fate::Dropped,
         (true, false) => End::A,
         (false, true) => End::B,
     };
-    if left < radius {
+    if left < graph.widest(strut) {
         return Fate::Dropped;
     }
     let kept = left.min(0.5 * length).max(room(graph, Arm { strut, end })) / length;
@@ -132,8 +132,8 @@ fn room(graph: &Graph, arm: Arm) -> f64 {
     let direction = |arm: Arm| (graph.nodes()[graph.far(arm).index()] - graph.nodes()[graph.near(arm).index()]).normalize();
     let own = direction(arm);
     let others = graph.arms(graph.near(arm)).iter().filter(|other| other.strut != arm.strut);
-    others.fold(3.0 * graph.radius(arm), |room, &other| {
-        let r = graph.radius(arm).max(graph.radius(other));
+    others.fold(3.0 * graph.widest(arm.strut), |room, &other| {
+        let r = graph.widest(arm.strut).max(graph.widest(other.strut));
         let half_angle = 0.5 * own.angle_between(direction(other));
         room.max(1.5 * r / half_angle.tan() + 2.0 * r)
     })

@@ -161,6 +161,19 @@ impl Graph {
         if arm.end == End::A { growth } else { -growth }
     }
 
+    /// The strut's radius (mm) at a distance (mm) from this end's node; linear along the strut.
+    pub fn radius_at(&self, arm: Arm, distance: f64) -> f64 {
+        let s = &self.struts[arm.strut.index()];
+        let (near, far) = if arm.end == End::A { (s.ra, s.rb) } else { (s.rb, s.ra) };
+        near + (far - near) * (distance / self.length(arm.strut))
+    }
+
+    /// The larger of the strut's two radii (mm).
+    pub fn widest(&self, strut: StrutId) -> f64 {
+        let s = &self.struts[strut.index()];
+        s.ra.max(s.rb)
+    }
+
     /// The strut's length (mm).
     pub fn length(&self, strut: StrutId) -> f64 {
         let s = &self.struts[strut.index()];

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::io::{self, Write};
 
 /// Entities of a strut's two rims: axis, x of the seam and of both rims, both centres, placements
-/// of the cylinder and of both circles, both circles.
+/// of the strut's surface and of both circles, both circles.
 const PER_RIMS: u64 = 11;
 /// Entities of a meridian: axis, x, centre, placement, circle.
 const PER_MERIDIAN: u64 = 5;
@@ -55,7 +55,7 @@ impl Numbers {
             Curve::Spline(_) => 2,
         };
         let edges = shell.edges.iter().map(|e| &e.curve).enumerate().map(|e| take(edge_size(e))).collect();
-        let faces = shell.faces.iter().map(|f| take(f.boundaries[0].len() as u64 + 3 + surface_size(&f.surface))).collect();
+        let faces = shell.faces.iter().map(|f| take(f.boundaries[0].len() as u64 + 3 + surface_size(solid, &f.surface))).collect();
         let (shell, brep, styled) = (take(1), take(1), take(1));
         Numbers { points, vertices, circles, meridians, edges, maps, faces, shell, brep, styled }
     }
@@ -76,7 +76,8 @@ impl Numbers {
         self.axis(circle) + 4 + (circle % 2) as u64
     }
 
-    fn cylinder(&self, k: usize) -> u64 {
+    /// The placement of a strut's surface at its rim a; not written for a strut that gets thinner.
+    fn strut(&self, k: usize) -> u64 {
         self.axis(2 * k) + 6
     }
 
@@ -110,8 +111,9 @@ fn rim_map(solid: &Solid, (face, k): (u32, u8)) -> &RimMap {
 }
 
 /// Entities of a face's surface.
-fn surface_size(surface: &Surface) -> u64 {
+fn surface_size(solid: &Solid, surface: &Surface) -> u64 {
     match surface {
+        Surface::Strut(k) if solid.slopes[*k] < 0.0 => 3,
         Surface::Plane { flipped: true, .. } | Surface::Sphere { flipped: true, .. } => 3,
         _ => 1,
     }
@@ -239,7 +241,9 @@ fn rims(t: &mut Vec<u8>, solid: &Solid, k: usize, ids: &Numbers) {
     for c in [a, b] {
         point(t, ids.center(c), solid.circles[c].center, None);
     }
-    placement(t, ids.cylinder(k), ids.center(a), axis, axis + 1);
+    if solid.slopes[k] >= 0.0 {
+        placement(t, ids.strut(k), ids.center(a), axis, axis + 1);
+    }
     for (c, x) in [(a, axis + 2), (b, axis + 3)] {
         placement(t, ids.placement(c), ids.center(c), axis, x);
     }
@@ -356,7 +360,7 @@ fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, ids: &Numbers) {
     let face = &solid.shell().faces[f];
     let boundary = &face.boundaries[0];
     let id = ids.faces[f];
-    let first = id + 1 - (boundary.len() as u64 + 3 + surface_size(&face.surface));
+    let first = id + 1 - (boundary.len() as u64 + 3 + surface_size(solid, &face.surface));
     for (k, e) in boundary.iter().enumerate() {
         entity(t, first + k as u64, "ORIENTED_EDGE('',*,*");
         also(t, ids.edges[e.index]);
@@ -388,8 +392,26 @@ fn surface(t: &mut Vec<u8>, solid: &Solid, surface: &Surface, first: u64, ids: &
         (first + 1, first + 2)
     };
     match surface {
-        Surface::Cylinder(k) => {
-            round_thing(t, first, "CYLINDRICAL_SURFACE", ids.cylinder(*k), solid.rim(*k, 0).radius);
+        Surface::Strut(k) => {
+            let slope = solid.slopes[*k];
+            // At the rim from which the radius grows: the half-angle of Part 42 is above 0.
+            let (placement, id, rim) = if slope < 0.0 {
+                let (placement, id) = oriented(t, 2 * k + 1, true);
+                (placement, id, solid.rim(*k, 1))
+            } else {
+                (ids.strut(*k), first, solid.rim(*k, 0))
+            };
+            if slope == 0.0 {
+                round_thing(t, id, "CYLINDRICAL_SURFACE", placement, rim.radius);
+            } else {
+                entity(t, id, "CONICAL_SURFACE(''");
+                also(t, placement);
+                for number in [rim.radius, slope.abs().atan()] {
+                    t.push(b',');
+                    push_real(t, number);
+                }
+                end(t);
+            }
         }
         Surface::Plane { circle, flipped } => {
             let (placement, id) = oriented(t, *circle, *flipped);

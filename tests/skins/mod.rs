@@ -25,6 +25,12 @@ pub fn end(axis: DVec3) -> Skin {
 /// rings of `n` exact cylinder patches from the rims (cut 0.5) to a circle about the node, turned
 /// by `turn` (radians).
 pub fn tube(axes: [DVec3; 2], n: usize, turn: f64) -> Skin {
+    tapered_tube(axes, n, turn, [0.0; 2])
+}
+
+/// As `tube`, with arms whose radius grows by `slopes` per length away from the node: each ring is an exact cone, and the
+/// two meet about the node at radius 1, in a crease where the slopes are not opposite.
+pub fn tapered_tube(axes: [DVec3; 2], n: usize, turn: f64, slopes: [f64; 2]) -> Skin {
     let q = DQuat::from_rotation_arc(DVec3::Z, axes[0]);
     let radial = |k: usize| {
         let t = turn + TAU * (k % n) as f64 / n as f64;
@@ -35,9 +41,10 @@ pub fn tube(axes: [DVec3; 2], n: usize, turn: f64) -> Skin {
     let at = |p: DVec3, z: f64| q * (p + DVec3::Z * z);
     let ends = |d: usize| -> Arc<[f64]> { [vec![0.0; d + 1], vec![1.0; d + 1]].concat().into() };
     let heights = [0.5, 0.0, -0.5];
+    let radii = [1.0 + 0.5 * slopes[0], 1.0, 1.0 + 0.5 * slopes[1]];
     let mut skin = Skin::default();
-    for z in heights {
-        skin.vertices.extend((0..n).map(|k| at(radial(k), z)));
+    for (z, r) in heights.into_iter().zip(radii) {
+        skin.vertices.extend((0..n).map(|k| at(r * radial(k), z)));
     }
     let vertex = |ring: usize, k: usize| ring * n + k % n;
     let mut edge = |ends: [usize; 2], curve: SkinCurve| {
@@ -56,7 +63,7 @@ pub fn tube(axes: [DVec3; 2], n: usize, turn: f64) -> Skin {
         .collect();
     let mut lines = |from: usize| -> Vec<usize> {
         let one = |k| {
-            let curve = line(at(radial(k), heights[from]), at(radial(k), 0.0));
+            let curve = line(at(radii[from] * radial(k), heights[from]), at(radial(k), 0.0));
             edge([vertex(from, k), vertex(1, k)], SkinCurve::Spline(curve))
         };
         (0..n).map(one).collect()
@@ -64,9 +71,9 @@ pub fn tube(axes: [DVec3; 2], n: usize, turn: f64) -> Skin {
     let (lines0, lines1) = (lines(0), lines(2));
     for arm in 0..2 {
         for k in 0..n {
-            let z = heights[2 * arm];
+            let (z, r) = (heights[2 * arm], radii[2 * arm]);
             let columns = if arm == 0 { [(radial(k + 1), 1.0), (middle(k), weight), (radial(k), 1.0)] } else { [(radial(k), 1.0), (middle(k), weight), (radial(k + 1), 1.0)] };
-            let points = columns.iter().flat_map(|&(p, _)| [at(p, z), at(p, 0.0)]).collect();
+            let points = columns.iter().flat_map(|&(p, _)| [at(r * p, z), at(p, 0.0)]).collect();
             let weights = columns.iter().flat_map(|&(_, w)| [w, w]).collect();
             let surface = NurbsSurface { degree: [2, 1], knots: [ends(2), ends(1)], points, weights };
             let next = (k + 1) % n;
@@ -80,8 +87,8 @@ pub fn tube(axes: [DVec3; 2], n: usize, turn: f64) -> Skin {
     }
     let reversed: Vec<_> = (0..n).map(|j| arcs1[n - 1 - j]).collect();
     skin.rims = vec![
-        Rim { axis: axes[0], cut: 0.5, radius: 1.0, arcs: arcs0 },
-        Rim { axis: axes[1], cut: 0.5, radius: 1.0, arcs: reversed },
+        Rim { axis: axes[0], cut: 0.5, radius: radii[0], arcs: arcs0 },
+        Rim { axis: axes[1], cut: 0.5, radius: radii[2], arcs: reversed },
     ];
     skin
 }
@@ -89,15 +96,21 @@ pub fn tube(axes: [DVec3; 2], n: usize, turn: f64) -> Skin {
 /// Nodes in a row along `direction` from `origin`, `length` apart, with `turns.len()` tubes
 /// between two capped ends. All edges kinds: seams that use vertices, split one arc or two.
 pub fn row(origin: DVec3, direction: DVec3, length: f64, radius: f64, turns: &[(usize, f64)]) -> (Graph, Vec<Option<Skin>>) {
+    tapered_row(origin, direction, length, &vec![radius; turns.len() + 2], turns)
+}
+
+/// As `row`, with a radius (mm) at each node.
+pub fn tapered_row(origin: DVec3, direction: DVec3, length: f64, radii: &[f64], turns: &[(usize, f64)]) -> (Graph, Vec<Option<Skin>>) {
     let n = turns.len() + 2;
     let d = direction.normalize();
     let nodes: Vec<_> = (0..n).map(|k| origin + d * (k as f64 * length)).collect();
-    let struts: Vec<_> = (0..n as u32 - 1).map(|k| (k, k + 1)).collect();
-    let graph = graph(&nodes, &struts, radius);
+    let strut = |k: usize| Strut { a: NodeId(k as u32), b: NodeId(k as u32 + 1), ra: radii[k], rb: radii[k + 1] };
+    let graph = Graph::new(nodes.clone(), (0..n - 1).map(strut).collect());
     let axis = |a: usize, b: usize| (nodes[b] - nodes[a]).normalize();
     let mut skins = vec![Some(end(axis(0, 1)))];
     for (k, &(sides, turn)) in turns.iter().enumerate() {
-        skins.push(Some(tube([axis(k + 1, k), axis(k + 1, k + 2)], sides, turn)));
+        let slopes = [k, k + 2].map(|far| (radii[far] - radii[k + 1]) / length);
+        skins.push(Some(tapered_tube([axis(k + 1, k), axis(k + 1, k + 2)], sides, turn, slopes)));
     }
     skins.push(Some(end(axis(n - 1, n - 2))));
     (graph, skins)

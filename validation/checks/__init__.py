@@ -10,7 +10,7 @@ import json
 import sys
 from pathlib import Path
 
-ALL = ("report", "text", "senses", "valid", "one_solid", "counts", "volume_area", "volume_bound", "tolerances", "continuity", "fold",
+ALL = ("report", "text", "senses", "valid", "one_solid", "counts", "radii", "volume_area", "volume_bound", "tolerances", "continuity", "fold",
        "self_intersection", "meshable")
 
 

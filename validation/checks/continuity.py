@@ -2,7 +2,8 @@
 
 Both faces' own p-curves are evaluated at the same edge parameter, at Chebyshev points from end to end, and the normals are turned by
 the faces' senses, so that a face folded back shows as 180 degrees. Sorted into rims (a strut and a patch or a sphere cap), inside (two patches), seams
-(a face with itself) and caps (a flat cap is a sharp edge by design: not judged). Any other pairing is a fault.
+(a face with itself), caps (a flat cap is a sharp edge by design: not judged) and round ends of cones (a hemisphere meets a cone at
+its half-angle: judged by the difference). Any other pairing is a fault.
 `jumps` in the answer lists the largest jump of every edge, for distributions.
 `expected`: rim_limit_deg (0.05), inside_limit_deg (0.1), radius_mm (1; the gap may be 1e-6 of it).
 """
@@ -21,6 +22,7 @@ from model import STRUT_KINDS, load
 SAMPLES = 9
 FRACTIONS = [0.5 - 0.5 * math.cos(math.pi * i / (SAMPLES - 1)) for i in range(SAMPLES)]
 SEAM_LIMIT_DEG = 1e-3
+ROUND_END_LIMIT_DEG = 1e-3
 GAP_LIMIT_OF_RADIUS = 1e-6
 OCC_SMALLEST_MM = 1e-7
 FLAT = 1e-9  # derivatives this short beside one another, or this near to parallel, span no tangent plane
@@ -32,6 +34,8 @@ def sort_of(kinds: list[str], same_face: bool) -> str:
     strut = [k in STRUT_KINDS for k in kinds]
     if kinds == ["spline", "spline"]:
         return "inside"
+    if "cone" in kinds and "sphere" in kinds:
+        return "round end"
     if any(strut) and ("spline" in kinds or "sphere" in kinds):
         return "rim"
     if any(strut) and "plane" in kinds:
@@ -87,7 +91,8 @@ def along(use) -> tuple[float, float, tuple, int]:
 
 def check(model_or_path, expected: dict) -> dict:
     model = load(model_or_path)
-    limits = {"rim": expected.get("rim_limit_deg", 0.05), "inside": expected.get("inside_limit_deg", 0.1), "seam": SEAM_LIMIT_DEG}
+    limits = {"rim": expected.get("rim_limit_deg", 0.05), "inside": expected.get("inside_limit_deg", 0.1), "seam": SEAM_LIMIT_DEG,
+              "round end": ROUND_END_LIMIT_DEG}
     gap_limit = max(GAP_LIMIT_OF_RADIUS * expected.get("radius_mm", 1.0), OCC_SMALLEST_MM) * 1.001
     jumps: dict[str, list[float]] = {}
     worst: dict[str, tuple] = {}
@@ -101,6 +106,9 @@ def check(model_or_path, expected: dict) -> dict:
         jump, edge_gap, place, edge_blind = along(use)
         sort = sort_of(sorted((use.uses[0][0].kind, use.uses[1][0].kind), reverse=True), use.uses[0][0] is use.uses[1][0])
         blind += edge_blind
+        if sort == "round end":
+            cone = next(face for face, _ in use.uses if face.kind == "cone").surface.Cone()
+            jump = abs(jump - math.degrees(abs(cone.SemiAngle())))
         if edge_gap > gap:
             gap, gap_place = edge_gap, place
         if jump < 0:

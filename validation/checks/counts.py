@@ -1,9 +1,9 @@
 """Does the file hold what the graph promises?
 
-One cylinder (or cone) face a strut; two CIRCLE entities a strut in the file's text; faces = struts + patches + caps; one skin a node
+One cylinder face a strut of one radius, one cone face a tapered strut; two CIRCLE entities a strut in the file's text; faces = struts + patches + caps; one skin a node
 of degree 2 or more; V - E + F = 2 (nodes - struts), which is 2 sum (1 - genus) over the components. Counted in the text and in the
 kernel's shape: a kernel that repairs on import shows up as a difference.
-`expected`: nodes, struts, patches, caps, faces, skins; each optional.
+`expected`: nodes, struts, cylinders, cones, patches, caps, faces, skins; each optional.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ def check(model_or_path, expected: dict) -> dict:
     text = model.text.entities
 
     want("strut faces", struts, expected.get("struts"))
+    for kind in STRUT_KINDS:
+        want(f"{kind}s", kinds[kind], expected.get(f"{kind}s"))
     want("patches", patches, expected.get("patches"))
     want("caps", caps, expected.get("caps"))
     want("faces", faces, expected.get("faces"))
@@ -45,7 +47,7 @@ def check(model_or_path, expected: dict) -> dict:
     want("ADVANCED_FACE in the text against faces read", faces, text["ADVANCED_FACE"])
     want("EDGE_CURVE in the text against edges read", edges, text["EDGE_CURVE"])
     want("VERTEX_POINT in the text against vertices read", len(model.vertices), text["VERTEX_POINT"])
-    return verdict(why, struts=struts, patches=patches, caps=caps, faces=faces, edges=edges,
+    return verdict(why, struts=struts, cones=kinds["cone"], patches=patches, caps=caps, faces=faces, edges=edges,
                    vertices=len(model.vertices), circles=text["CIRCLE"], euler=euler)
 
 

@@ -1,4 +1,4 @@
-"""Does our report say of the lattice what the graph says? Components and genus exactly; nodes and struts too, save that straight nodes of
+"""Does our report say of the lattice what the graph says? Components, genus and tapered struts (cones) exactly; nodes and struts too, save that straight nodes of
 degree 2 may have been taken out, one strut with each. And how many nodes went down the ladder?
 
 `expected`: report_counts; graph_counts where the graph is known; report; g0_allowed (nodes on the G0 rung: 0); lowered_allowed (nodes
@@ -20,8 +20,8 @@ def check(model_or_path, expected: dict) -> dict:
     if needed - told.keys():
         why.append(f"the report lacks {', '.join(sorted(needed - told.keys()))}")
     if graph:
-        for name in ("components", "genus"):
-            if told.get(name) != graph[name]:
+        for name in ("components", "genus", "cones"):
+            if told.get(name) != graph.get(name):
                 why.append(f"{name}: report {told.get(name)}, graph {graph[name]}")
         dropped = graph["nodes"] - told.get("nodes", 0)
         if dropped < 0 or graph["struts"] - told.get("struts", 0) != dropped:
