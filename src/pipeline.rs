@@ -1,6 +1,7 @@
 //! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
 use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surface};
+use crate::cuts::{self, Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
 use crate::graph::proximity::{NearMiss, near_misses};
@@ -8,9 +9,9 @@ use crate::graph::{self, Graph, Lattice};
 use crate::ids::{NodeId, StrutId};
 use crate::ladder::{self, Built, Degrees, Rung};
 use crate::node::Star;
-use crate::options::Options;
+use crate::options::{OnConflict, Options};
 use crate::patch::Skin;
-use crate::report::{Counts, Lowered, Quality, Report, Rungs, StageTime, Worst};
+use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, StageTime, Worst};
 use crate::step;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -68,8 +69,9 @@ pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Re
 /// From a checked lattice to checked solids.
 pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> Result<Solved, Error> {
     let mut clock = Clock::default();
-    let graph = &lattice.graph;
-    let stars = clock.time("cuts", || stars(graph, options))?;
+    let Settled { graph, cuts, shrunk } = clock.time("cuts", || settle(&lattice.graph, options))?;
+    let graph = &graph;
+    let stars = stars(graph, &cuts, options)?;
 
     progress.stage("nodes", graph.used_nodes().count() as u64, "nodes");
     let built = clock.time("nodes", || build_nodes(graph, stars, options, progress))?;
@@ -111,6 +113,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
             over_tolerance: fit.over,
         },
         rungs,
+        cuts: cuts_report(&cuts, &shrunk),
         changes: lattice.notes.clone(),
         bytes: 0,
         stages: clock.stages,
@@ -130,29 +133,66 @@ pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progre
     Ok(())
 }
 
-/// Directions and cuts of all nodes, by `NodeId`; refused with all struts that are too short for their cuts.
-fn stars(graph: &Graph, options: &Options) -> Result<Vec<Star>, Error> {
-    let stars: Vec<Star> = graph.node_ids().collect::<Vec<_>>().into_par_iter().map(|n| ladder::star(graph, n, options)).collect();
-    let mut cuts = vec![[0.0; 2]; graph.struts().len()];
-    for node in graph.node_ids() {
-        for (arm, cut) in graph.arms(node).iter().zip(&stars[node.index()].cuts) {
-            cuts[arm.strut.index()][arm.end as usize] = cut * graph.radius(*arm);
+/// The graph whose cuts fit, and those cuts.
+struct Settled {
+    graph: Graph,
+    cuts: Cuts,
+    shrunk: Vec<Shrunk>,
+}
+
+/// Cuts for all struts; where there are none, what the policy says.
+fn settle(graph: &Graph, options: &Options) -> Result<Settled, Error> {
+    match options.on_conflict {
+        OnConflict::Refuse => match cuts::negotiate(graph, options.lambda) {
+            Ok(cuts) => Ok(Settled { graph: graph.clone(), cuts, shrunk: Vec::new() }),
+            Err(conflicts) => Err(Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }),
+        },
+        OnConflict::Shrink => {
+            let (graph, cuts, shrunk) = cuts::shrink(graph, options.lambda);
+            Ok(Settled { graph, cuts, shrunk })
         }
     }
-    let mut faults = Vec::new();
-    for (k, [a, b]) in cuts.into_iter().enumerate() {
-        let length = graph.length(StrutId(k as u32));
-        if a + b >= length {
-            let radius = graph.struts()[k].ra;
-            faults.push(Fault::new(
-                format!("struts[{k}]"),
-                format!("cuts of {a:.6} mm and {b:.6} mm on a length of {length:.6} mm"),
-                format!("cuts that leave some strut between them: a radius below {:.6} mm (it is {radius} mm), or a smaller --lambda", radius * length / (a + b)),
-            ));
-        }
+}
+
+/// Directions and cuts of all nodes, by `NodeId`.
+fn stars(graph: &Graph, cuts: &Cuts, options: &Options) -> Result<Vec<Star>, Error> {
+    // a limit of the node layer: shrinking may leave radii that differ
+    let uneven = |n: &NodeId| graph.arms(*n).windows(2).any(|w| graph.radius(w[0]) != graph.radius(w[1]));
+    let reasons: Vec<String> = graph.node_ids().filter(uneven).map(|n| format!("node {}: struts of unequal radii", n.0)).collect();
+    if !reasons.is_empty() {
+        return Err(Error::CannotBuild { reasons });
     }
-    Error::unless_empty(faults)?;
-    Ok(stars)
+    let star = |node: NodeId| {
+        let mut star = ladder::star(graph, node, options);
+        for (&arm, cut) in graph.arms(node).iter().zip(&mut star.cuts) {
+            let (mm, radius) = (cuts.at[arm.strut.index()][arm.end as usize], graph.radius(arm));
+            // the preferred cut stays as it is in radii: to divide what was multiplied would change its last bit
+            if *cut * radius != mm {
+                *cut = mm / radius;
+            }
+        }
+        star
+    };
+    Ok(graph.node_ids().collect::<Vec<_>>().into_par_iter().map(star).collect())
+}
+
+fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
+    let count = |means| cuts.means.iter().filter(|&&m| m == means).count();
+    let changed = |k: usize| ChangedCuts {
+        strut: StrutId(k as u32),
+        means: cuts.means[k].name().into(),
+        before_mm: cuts.preferred[k],
+        after_mm: cuts.at[k],
+    };
+    report::Cuts {
+        preferred: count(Means::Preferred),
+        smaller_lambda: count(Means::SmallerLambda),
+        unequal_cuts: count(Means::UnequalCuts),
+        unequal_sharing: count(Means::UnequalSharing),
+        changed: (0..cuts.at.len()).filter(|&k| cuts.means[k] != Means::Preferred).map(changed).collect(),
+        shrunk: shrunk.iter().map(|s| ShrunkStrut { strut: s.strut, before_mm: s.before, after_mm: s.after, volume_mm3: s.volume }).collect(),
+        shrunk_volume_mm3: shrunk.iter().map(|s| s.volume).sum(),
+    }
 }
 
 fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dyn Progress) -> Result<Vec<Option<Built>>, Error> {
