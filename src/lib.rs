@@ -1,6 +1,6 @@
 //! A lattice graph becomes one closed, smooth, exact solid in a STEP file.
 //!
-//! Data flows one way: `graph ▶ node ▶ patch ▶ brep ▶ step`. `docs/architecture.md` draws it.
+//! Data flows one way: `graph ▶ cuts ▶ node ▶ patch ▶ brep ▶ step`. `docs/architecture.md` draws it.
 
 pub mod brep;
 pub mod cuts;

@@ -4,11 +4,22 @@ use crate::brep::Caps;
 use crate::node::Fairing;
 use crate::step::StepOptions;
 
+/// What to do where no cuts fit on a strut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnConflict {
+    /// Refuse the graph, naming all struts with the numbers.
+    #[default]
+    Refuse,
+    /// Make radii smaller until cuts fit.
+    Shrink,
+}
+
 /// Options of one run from graph to STEP text.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// λ of the paper's equation 5: how far cuts reach beyond the least. In (0, 0.5).
     pub lambda: f64,
+    pub on_conflict: OnConflict,
     /// Refinement levels of the film (the paper: 3).
     pub levels: u32,
     pub fairing: Fairing,
@@ -23,6 +34,7 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             lambda: 0.3,
+            on_conflict: OnConflict::Refuse,
             levels: 3,
             fairing: Fairing::Ray,
             tolerance: 0.05,

@@ -1,17 +1,17 @@
 //! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
 use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surface};
+use crate::cuts::{self, Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
 use crate::graph::proximity::{NearMiss, near_misses};
-use crate::cuts;
 use crate::graph::{self, Arm, Graph, Lattice};
-use crate::ids::NodeId;
+use crate::ids::{NodeId, StrutId};
 use crate::ladder::{self, Built, Degrees, Rung};
-use crate::node::Star;
-use crate::options::Options;
+use crate::node::{Star, cut};
+use crate::options::{OnConflict, Options};
 use crate::patch::Skin;
-use crate::report::{Counts, Lowered, Quality, Report, Rungs, StageTime, Worst};
+use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, StageTime, Worst};
 use crate::step;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -69,8 +69,9 @@ pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Re
 /// From a checked lattice to checked solids.
 pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> Result<Solved, Error> {
     let mut clock = Clock::default();
-    let graph = &lattice.graph;
-    let stars = clock.time("cuts", || stars(graph, options))?;
+    let Settled { graph, cuts, shrunk } = clock.time("cuts", || settle(&lattice.graph, options))?;
+    let graph = &graph;
+    let stars = stars(graph, &cuts, options);
 
     progress.stage("nodes", graph.used_nodes().count() as u64, "nodes");
     let built = clock.time("nodes", || build_nodes(graph, stars, options, progress))?;
@@ -112,6 +113,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
             over_tolerance: fit.over,
         },
         rungs,
+        cuts: cuts_report(&cuts, &shrunk),
         changes: lattice.notes.clone(),
         bytes: 0,
         stages: clock.stages,
@@ -131,21 +133,66 @@ pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progre
     Ok(())
 }
 
-/// Directions, radii and cuts of all nodes, by `NodeId`; refused with all struts that have no room for any cuts.
-fn stars(graph: &Graph, options: &Options) -> Result<Vec<Star>, Error> {
-    let cuts = cuts::negotiate(graph, options.lambda).map_err(|conflicts| Error::BadInput(conflicts.iter().map(cuts::Conflict::fault).collect()))?;
+/// The graph whose cuts fit, and those cuts.
+struct Settled {
+    graph: Graph,
+    cuts: Cuts,
+    shrunk: Vec<Shrunk>,
+}
+
+/// Cuts for all struts; where there are none, what the policy says.
+fn settle(graph: &Graph, options: &Options) -> Result<Settled, Error> {
+    match options.on_conflict {
+        OnConflict::Refuse => match cuts::negotiate(graph, options.lambda) {
+            Ok(cuts) => Ok(Settled { graph: graph.clone(), cuts, shrunk: Vec::new() }),
+            Err(conflicts) => Err(Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }),
+        },
+        OnConflict::Shrink => {
+            let (graph, cuts, shrunk) = cuts::shrink(graph, options.lambda);
+            Ok(Settled { graph, cuts, shrunk })
+        }
+    }
+}
+
+/// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
+fn stars(graph: &Graph, cuts: &Cuts, options: &Options) -> Vec<Star> {
     let star = |node: NodeId| {
         let arms = graph.arms(node);
         let unit = graph.largest_radius(node);
-        let cut = |arm: &Arm| cuts.at[arm.strut.index()][arm.end as usize] / unit;
+        let axes = Star::directions(graph, node);
+        // between struts of one radius the preferred cut stays as it is: to divide what was multiplied would change its last bit
+        let own = cut::cuts(&axes, options.lambda);
+        let cut = |(arm, own): (&Arm, &f64)| {
+            let mm = cuts.at[arm.strut.index()][arm.end as usize];
+            if own * unit == mm { *own } else { mm / unit }
+        };
         Star {
-            axes: Star::directions(graph, node),
-            cuts: arms.iter().map(cut).collect(),
+            cuts: arms.iter().zip(&own).map(cut).collect(),
+            axes,
             radii: arms.iter().map(|&arm| graph.radius(arm) / unit).collect(),
             tapers: arms.iter().map(|&arm| graph.taper(arm)).collect(),
         }
     };
-    Ok(graph.node_ids().collect::<Vec<_>>().into_par_iter().map(star).collect())
+    graph.node_ids().collect::<Vec<_>>().into_par_iter().map(star).collect()
+}
+
+fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
+    let count = |means| cuts.means.iter().filter(|&&m| m == means).count();
+    let changed = |k: usize| ChangedCuts {
+        strut: StrutId(k as u32),
+        means: cuts.means[k].name().into(),
+        before_mm: cuts.preferred[k],
+        after_mm: cuts.at[k],
+    };
+    report::Cuts {
+        preferred: count(Means::Preferred),
+        smaller_lambda: count(Means::SmallerLambda),
+        unequal_cuts: count(Means::UnequalCuts),
+        unequal_sharing: count(Means::UnequalSharing),
+        changed: (0..cuts.at.len()).filter(|&k| cuts.means[k] != Means::Preferred).map(changed).collect(),
+        shrunk: shrunk.iter().map(|s| ShrunkStrut { strut: s.strut, before_mm: s.before, after_mm: s.after, volume_mm3: s.volume }).collect(),
+        shrunk_volume_mm3: shrunk.iter().map(|s| s.volume).sum(),
+    }
 }
 
 fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dyn Progress) -> Result<Vec<Option<Built>>, Error> {

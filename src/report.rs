@@ -1,7 +1,7 @@
 //! What a run found and made, for people and for programs. Lengths in mm unless a name says otherwise.
 
 use crate::error::Note;
-use crate::ids::NodeId;
+use crate::ids::{NodeId, StrutId};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -16,6 +16,7 @@ pub struct Report {
     pub centroid_mm: [f64; 3],
     pub quality: Quality,
     pub rungs: Rungs,
+    pub cuts: Cuts,
     /// Everything changed in the input or left out of it.
     pub changes: Vec<Note>,
     /// Size of the STEP text.
@@ -96,6 +97,43 @@ pub struct Lowered {
     pub degree: usize,
     /// Why each higher rung failed.
     pub reasons: Vec<String>,
+}
+
+/// How struts came to their cuts. A strut counts once, under the last of these means that it needed; shrunk ones count again.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+pub struct Cuts {
+    /// Struts with the cuts that lambda asks for.
+    pub preferred: usize,
+    /// Struts with cuts between those and touching rims.
+    pub smaller_lambda: usize,
+    /// Struts cut shorter than their neighbours at a node, or longer to make room for one.
+    pub unequal_cuts: usize,
+    /// Struts that share their length between their ends in another proportion than their cuts asked for.
+    pub unequal_sharing: usize,
+    /// All struts without their preferred cuts.
+    pub changed: Vec<ChangedCuts>,
+    /// Struts whose radii were made smaller (`--on-conflict shrink`).
+    pub shrunk: Vec<ShrunkStrut>,
+    /// Sum of the volume they lost, from node to node.
+    pub shrunk_volume_mm3: f64,
+}
+
+/// A strut without its preferred cuts: distances of its rims from its nodes, at ends a and b.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ChangedCuts {
+    pub strut: StrutId,
+    pub means: String,
+    pub before_mm: [f64; 2],
+    pub after_mm: [f64; 2],
+}
+
+/// A strut whose radii were made smaller: radii at ends a and b.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ShrunkStrut {
+    pub strut: StrutId,
+    pub before_mm: [f64; 2],
+    pub after_mm: [f64; 2],
+    pub volume_mm3: f64,
 }
 
 /// Wall-clock time of one stage.

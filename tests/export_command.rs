@@ -105,20 +105,28 @@ fn bad_input_names_every_fault_exits_2_and_writes_nothing() {
 }
 
 #[test]
-fn cuts_that_meet_are_refused_with_the_largest_radius_and_that_radius_fits() {
+fn cuts_that_meet_are_negotiated_and_if_nothing_fits_refused_with_the_numbers() {
     let triangle = |radius: f64| {
         let strut = |a, b| format!(r#"{{"a":{a},"b":{b},"ra":{radius},"rb":{radius}}}"#);
         format!(r#"{{"units":"mm","nodes":[[0,0,0],[10,0,0],[5,8,0]],"struts":[{},{},{}]}}"#, strut(0, 1), strut(1, 2), strut(2, 0))
     };
     let folder = Folder::new();
     let run = export(&folder.write("thick.json", &triangle(3.0)), &[]);
-    assert_eq!(run.status.code(), Some(2));
+    assert_eq!(run.status.code(), Some(3));
     let text = stderr(&run);
-    assert!(["struts[0]", "struts[1]", "struts[2]"].iter().all(|s| text.contains(s)), "{text}");
-    let largest = text.split("a radius below ").skip(1).map(|s| s.split(' ').next().unwrap().parse::<f64>().unwrap()).fold(f64::INFINITY, f64::min);
-    assert!(largest > 1.0 && largest < 3.0, "{text}");
-    let run = export(&folder.write("thin.json", &triangle(0.999 * largest)), &["--quiet"]);
+    assert!(text.contains("struts[0]: found cuts of at least") && text.contains("which is cut at"), "{text}");
+    assert!(!folder.path("thick.step").exists());
+    let report = folder.path("r.json");
+    let run = export(&folder.write("thin.json", &triangle(2.3)), &["--report", report.to_str().unwrap()]);
     assert!(run.status.success(), "{}", stderr(&run));
+    assert!(stderr(&run).contains("3 with a smaller lambda"), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    let cuts = &report["cuts"];
+    assert_eq!((cuts["preferred"].as_u64(), cuts["smaller_lambda"].as_u64()), (Some(0), Some(3)));
+    assert_eq!(cuts["changed"].as_array().unwrap().len(), 3);
+    assert_eq!(cuts["changed"][0]["means"], "smaller lambda");
+    let mm = |when: &str| -> f64 { cuts["changed"][0][when].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).sum() };
+    assert!(mm("before_mm") > 10.0 && mm("after_mm") < 10.0);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use lattice_brep::brep::Caps;
 use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::{self, check::Overlaps};
 use lattice_brep::node::Fairing;
-use lattice_brep::options::Options;
+use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress};
 use lattice_brep::report::Report;
 use lattice_brep::step::{Schema, StepOptions, TimeStamp};
@@ -58,6 +58,10 @@ pub struct ExportArgs {
     /// itself there, and the report says where)
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
+    /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, or shrink
+    /// radii until cuts fit (the report says which)
+    #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
+    on_conflict: OnConflictArg,
     /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
     #[arg(long)]
     time_stamp: Option<TimeStamp>,
@@ -92,6 +96,12 @@ enum SchemaArg {
 enum OverlapsArg {
     Refuse,
     Keep,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum OnConflictArg {
+    Refuse,
+    Shrink,
 }
 
 fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
@@ -155,6 +165,10 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     let file = args.output.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
     Ok(Options {
         lambda: args.lambda,
+        on_conflict: match args.on_conflict {
+            OnConflictArg::Refuse => OnConflict::Refuse,
+            OnConflictArg::Shrink => OnConflict::Shrink,
+        },
         levels: args.levels,
         fairing: match args.fairing {
             FairingArg::Ray => Fairing::Ray,
@@ -207,6 +221,19 @@ fn summary(report: &Report, path: &std::path::Path) -> String {
             let some: Vec<String> = list.iter().take(8).map(|l| l.node.0.to_string()).collect();
             text += &format!("{} nodes built {what}: {}{}\n", list.len(), some.join(", "), if list.len() > 8 { ", ..." } else { "" });
         }
+    }
+    let cuts = &report.cuts;
+    if !cuts.changed.is_empty() {
+        text += &format!(
+            "{} struts without their preferred cuts: {} with a smaller lambda, {} with unequal cuts, {} with unequally shared length\n",
+            cuts.changed.len(),
+            cuts.smaller_lambda,
+            cuts.unequal_cuts,
+            cuts.unequal_sharing
+        );
+    }
+    if !cuts.shrunk.is_empty() {
+        text += &format!("{} struts SHRUNK, by {:.6} mm³ in all (see --report)\n", cuts.shrunk.len(), cuts.shrunk_volume_mm3);
     }
     for note in report.changes.iter().take(10) {
         text += &format!("note: {note}\n");

@@ -94,17 +94,16 @@ pub fn bounds(p: &Problem, moving: &[bool], at: &[f64]) -> Bounds {
                 let least = p.cap(e, p.room[k] - beyond).min(b.most[e]);
                 if least > b.least[e] + SETTLED {
                     b.least[e] = least;
-                    raised.push(e);
+                    raised.push((e, last[across(e)]));
                 }
             }
         }
         queue.clear();
-        for &i in &raised {
+        for &(i, before) in &raised {
             for (j, angle) in p.beside(i).filter(|&(j, _)| moving[j / 2] && !dead[j / 2]) {
                 let most = angle - b.least[i];
                 if most < b.most[j] - SETTLED {
                     b.most[j] = most;
-                    let before = last[across(i)];
                     last[j] = b.steps.len() as u32;
                     b.steps.push(Step { end: j, beside: i, least: b.least[i], most, before });
                     if !queued[j / 2] {

@@ -35,6 +35,18 @@ pub enum Means {
     UnequalSharing,
 }
 
+impl Means {
+    /// In words, for the report.
+    pub fn name(self) -> &'static str {
+        match self {
+            Means::Preferred => "preferred cuts",
+            Means::SmallerLambda => "smaller lambda",
+            Means::UnequalCuts => "unequal cuts",
+            Means::UnequalSharing => "unequal sharing",
+        }
+    }
+}
+
 /// Cuts of a whole graph, by `StrutId`.
 #[derive(Clone, Debug)]
 pub struct Cuts {

@@ -12,9 +12,11 @@ use std::f64::consts::FRAC_PI_2;
 /// the 160° degree-2 nodes fit like the others; for equal radii it changes nothing below 112.6° (λ = 0.3: 0.3 d ≥ 0.2).
 pub const LEAST_ROOM: f64 = 0.2;
 
-/// The cap strut i may have if the angle `theta` to strut j is shared as their radii, radians.
+/// The cap strut i may have if the angle `theta` to strut j is shared as their radii, radians. What widening struts take up
+/// at any distance, the angle of their cones, is taken off first. The two caps of a pair sum to `theta`.
 pub fn shared(i: Cone, j: Cone, theta: f64) -> f64 {
-    theta * i.r / (i.r + j.r)
+    let widening = |c: Cone| c.k.max(0.0).atan();
+    widening(i) + (theta - widening(i) - widening(j)) * (i.r / (i.r + j.r))
 }
 
 /// Cut of strut i on account of strut j at angle `theta` (radians), in radii of strut i at the node.

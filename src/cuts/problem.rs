@@ -167,24 +167,28 @@ fn at_node(graph: &Graph, node: NodeId, all: &[Cone], lambda: f64) -> AtNode {
         }
     }
     let theta = |i: usize, j: usize| angles[i * degree + j];
+    // At a node of one radius, a λ so small that caps almost touch is the user's own wish. Cones may need more than λ.
+    let even = cones.iter().all(|&c| c == Cone { r: cones[0].r, k: 0.0 });
     let mut preferred = Vec::with_capacity(degree);
     let mut touching = Vec::with_capacity(degree);
     for (i, &arm) in arms.iter().enumerate() {
         let me = cones[i];
         let others = (0..degree).filter(|&j| j != i);
-        let least = others.map(|j| shared(me, cones[j], theta(i, j))).fold(f64::INFINITY, f64::min);
+        let least = others.map(|j| shared(me, cones[j], (1.0 - MARGIN) * theta(i, j))).fold(f64::INFINITY, f64::min);
         // A cut that no strut can have is as good as one four times the strut's length.
         let most = 4.0 * graph.length(arm.strut);
         let wanted = preferred::cut(&cones, i, |j| theta(i, j), lambda);
+        let touch = me.cut(least).max(LEAST_ROOM * me.r);
+        let wanted = if even { wanted } else { wanted.max(touch) };
         preferred.push(if wanted.is_finite() { wanted } else { most });
-        touching.push(me.cut((1.0 - MARGIN) * least).max(LEAST_ROOM * me.r).min(preferred[i]));
+        touching.push(touch.min(wanted));
     }
     let caps: Vec<f64> = cones.iter().zip(&preferred).map(|(c, &d)| c.cap(d)).collect();
-    let mut pairs = angles.clone();
-    for i in 0..degree {
-        for j in 0..degree {
-            // a λ below `MARGIN` is the user's own wish
-            pairs[i * degree + j] = ((1.0 - MARGIN) * theta(i, j)).max(caps[i] + caps[j]);
+    let mut pairs = angles;
+    for (at, angle) in pairs.iter_mut().enumerate() {
+        *angle *= 1.0 - MARGIN;
+        if even {
+            *angle = angle.max(caps[at / degree] + caps[at % degree]);
         }
     }
     AtNode { preferred, touching, pairs }

@@ -76,7 +76,7 @@ fn shrink_once(graph: &Graph, lambda: f64) -> Graph {
             }
         }
         if !moved {
-            // round-off at the end of the way
+            // the end of the way: round-off, or cones wider than the angle between them
             named.iter().for_each(|&k| factor[k] *= 1.0 - STEP);
         }
         for k in named {
@@ -89,7 +89,7 @@ fn shrink_once(graph: &Graph, lambda: f64) -> Graph {
     Graph::new(graph.nodes().to_vec(), struts.collect())
 }
 
-/// The factor on a strut's radii at which cuts with its touching caps fit.
+/// The factor on a strut's radii at which cuts with its touching caps fit; not below `STEP`.
 fn touching_factor(p: &Problem, k: usize) -> f64 {
     let ends = [2 * k, 2 * k + 1];
     let caps = ends.map(|e| p.cap(e, p.touching[e]));
@@ -100,5 +100,5 @@ fn touching_factor(p: &Problem, k: usize) -> f64 {
         let middle = 0.5 * (low + high);
         if cuts(middle) <= p.room[k] { low = middle } else { high = middle }
     }
-    low
+    low.max(STEP)
 }
