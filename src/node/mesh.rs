@@ -38,6 +38,13 @@ impl Triangles {
     }
 }
 
+/// Triangles with the twins of their half-edges.
+#[derive(Clone, Debug)]
+pub struct Facets {
+    pub triangles: Triangles,
+    pub twins: Vec<u32>,
+}
+
 /// A refined film.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -46,6 +53,9 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     pub triangles: Triangles,
     pub twins: Vec<u32>,
+    /// What was refined, coarsest first: facet f has the parts `4 f + k` at its vertices k and `4 f + 3` in the middle.
+    /// None of it where the film is folded: a ray may then meet several facets, and which one must not depend on the levels.
+    coarse: Vec<Facets>,
     /// Per cell of a cube map of directions: a facet seen there, or `NONE`. Rays start their walk from it.
     starts: Vec<u32>,
 }
@@ -68,13 +78,20 @@ fn cell(u: DVec3) -> usize {
 }
 
 impl Mesh {
-    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, triangles: Triangles, twins: Vec<u32>) -> Mesh {
+    /// `folded`: some facet does not face outward.
+    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, facets: Facets, coarse: Vec<Facets>, folded: bool) -> Mesh {
+        let Facets { triangles, twins } = facets;
         let mut starts = vec![NONE; 6 * GRID * GRID];
         // facets come in families of 4^levels neighbours: one in eight is enough to hit every cell that matters
         for (f, t) in triangles.0.iter().enumerate().step_by(8) {
             starts[cell(points[t[0] as usize])] = f as u32;
         }
-        Mesh { points, normals, triangles, twins, starts }
+        let coarse = if folded { Vec::new() } else { coarse };
+        Mesh { points, normals, triangles, twins, coarse, starts }
+    }
+
+    fn corners(&self, t: [u32; 3]) -> [DVec3; 3] {
+        [self.points[t[0] as usize], self.points[t[1] as usize], self.points[t[2] as usize]]
     }
 
     /// Least cosine between a facet's normal and the ray from the node to it (negative: the film is folded there),
@@ -83,7 +100,7 @@ impl Mesh {
         let mut least = 1.0f64;
         let mut folded = 0;
         for t in &self.triangles.0 {
-            let [a, b, c] = t.map(|v| self.points[v as usize]);
+            let [a, b, c] = self.corners(*t);
             let cos = (b - a).cross(c - a).normalize_or_zero().dot((a + b + c).normalize_or_zero());
             least = least.min(cos);
             folded += usize::from(cos <= 0.0);
@@ -107,23 +124,25 @@ impl<'a> Caster<'a> {
     /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
-        let known = self.mesh.starts[cell(u)];
-        let known = if known == NONE { self.at } else { known as usize };
+        let known = || match self.mesh.starts[cell(u)] {
+            NONE => self.at,
+            known => known as usize,
+        };
         let near = self.mesh.points[self.mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
-        let (first, second) = if near { (self.at, known) } else { (known, self.at) };
-        let face = self.walk(first, u).or_else(|| self.walk(second, u)).or_else(|| self.search(u))?;
+        let (first, second) = if near { (self.at, known()) } else { (known(), self.at) };
+        let face = self.locate(first, u).or_else(|| self.locate(second, u)).or_else(|| self.search(u))?;
         self.at = face;
-        let t = self.mesh.triangles.0[face].map(|v| v as usize);
-        let [a, b, c] = t.map(|v| self.mesh.points[v]);
+        let t = self.mesh.triangles.0[face];
+        let [a, b, c] = self.mesh.corners(t);
         let weight = [u.dot(b.cross(c)), u.dot(c.cross(a)), u.dot(a.cross(b))];
         let sum: f64 = weight.iter().sum();
         let p = (weight[0] * a + weight[1] * b + weight[2] * c) / sum;
         let mut normal = DVec3::ZERO;
         let mut lift = 0.0;
-        for k in 0..3 {
-            let n = self.mesh.normals[t[k]];
-            normal += weight[k] / sum * n;
-            lift += 0.5 * weight[k] / sum * n.dot(self.mesh.points[t[k]] - p);
+        for (v, (corner, weight)) in t.into_iter().zip([a, b, c].into_iter().zip(weight)) {
+            let n = self.mesh.normals[v as usize];
+            normal += weight / sum * n;
+            lift += 0.5 * weight / sum * n.dot(corner - p);
         }
         let normal = normal.normalize();
         // steep facets: the lift along the ray is bounded by the size of the facet
@@ -132,25 +151,38 @@ impl<'a> Caster<'a> {
         Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
     }
 
-    /// Walk towards the ray, from the last hit or from the facet that the cube map knows near the ray.
-    fn walk(&self, mut face: usize, u: DVec3) -> Option<usize> {
-        const MOST_STEPS: usize = 200;
+    /// The facet that holds the ray, by walking from `start`: over the coarsest facets first, which are few enough to stay in
+    /// the cache.
+    fn locate(&self, start: usize, u: DVec3) -> Option<usize> {
         let mesh = self.mesh;
+        let mut face = start;
+        if !mesh.coarse.is_empty() {
+            face >>= 2 * mesh.coarse.len();
+            for Facets { triangles, twins } in &mesh.coarse {
+                face = 4 * self.walk(face, u, triangles, twins)? + 3;
+            }
+        }
+        self.walk(face, u, &mesh.triangles, &mesh.twins).filter(|&f| self.inside(f, u))
+    }
+
+    /// Walk towards the ray over the facets of one level, as far as that leads; none where it does not end.
+    fn walk(&self, mut face: usize, u: DVec3, triangles: &Triangles, twins: &[u32]) -> Option<usize> {
+        const MOST_STEPS: usize = 200;
         let mut from = NONE;
         for _ in 0..MOST_STEPS {
-            let [a, b, c] = mesh.triangles.0[face].map(|v| mesh.points[v as usize]);
+            let [a, b, c] = self.mesh.corners(triangles.0[face]);
+            let twins = &twins[3 * face..3 * face + 3];
             let side = [u.dot(a.cross(b)), u.dot(b.cross(c)), u.dot(c.cross(a))];
             let mut next = NONE;
             let mut worst = 0.0;
-            for (k, &side) in side.iter().enumerate() {
-                let h = (3 * face + k) as u32;
-                if side < worst && mesh.twins[h as usize] != NONE && h != from {
-                    worst = side;
-                    next = mesh.twins[h as usize];
+            for k in 0..3 {
+                if side[k] < worst && twins[k] != NONE && (3 * face + k) as u32 != from {
+                    worst = side[k];
+                    next = twins[k];
                 }
             }
             if next == NONE {
-                return self.inside(face, u).then_some(face);
+                return Some(face);
             }
             from = next;
             face = next as usize / 3;
@@ -160,9 +192,9 @@ impl<'a> Caster<'a> {
 
     /// Facet `face` faces outward and holds the ray.
     fn inside(&self, face: usize, u: DVec3) -> bool {
-        let [a, b, c] = self.mesh.triangles.0[face].map(|v| self.mesh.points[v as usize]);
+        let [a, b, c] = self.mesh.corners(self.mesh.triangles.0[face]);
         let slack = -1e-12 * a.length_squared();
-        a.dot(b.cross(c)) > 0.0 && u.dot(a.cross(b)) >= slack && u.dot(b.cross(c)) >= slack && u.dot(c.cross(a)) >= slack
+        u.dot(a.cross(b)) >= slack && u.dot(b.cross(c)) >= slack && u.dot(c.cross(a)) >= slack && a.dot(b.cross(c)) > 0.0
     }
 
     /// All facets, the outermost hit first.

@@ -254,7 +254,7 @@ impl Samples {
     fn new(tables: &Tables) -> Self {
         let (p, n, rows) = (tables.p, tables.p + 1, tables.p + 1 - RIM_ROWS);
         let rule = gauss::rule(p + 3);
-        let all: Vec<[Vec<f64>; 3]> = rule.iter().map(|&(x, _)| basis(p, x)).collect();
+        let all: Vec<_> = rule.iter().map(|&(x, _)| basis(p, x)).collect();
         let gram = [0, 1, 2].map(|order| {
             let entry = |i: usize, j: usize| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum::<f64>();
             square(n, entry)
@@ -277,7 +277,7 @@ impl Samples {
                 }
             }
         }
-        Samples { rule, basis: all.into_iter().flat_map(|[b, ..]| b).collect(), products, lagrange, gram, gram_rows, bends }
+        Samples { rule, basis: all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect(), products, lagrange, gram, gram_rows, bends }
     }
 
     /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at the interpolation
