@@ -54,10 +54,20 @@ pub struct Mesh {
     pub triangles: Triangles,
     pub twins: Vec<u32>,
     /// What was refined, coarsest first: facet f has the parts `4 f + k` at its vertices k and `4 f + 3` in the middle.
-    /// None of it where the film is folded: a ray may then meet several facets, and which one must not depend on the levels.
     coarse: Vec<Facets>,
     /// Per cell of a cube map of directions: a facet seen there, or `NONE`. Rays start their walk from it.
     starts: Vec<u32>,
+    folds: Option<Folds>,
+}
+
+/// Where a film is folded: there a ray meets several facets. It meets one more that faces outward than inward, so
+/// everywhere else it meets one.
+#[derive(Clone, Debug)]
+struct Folds {
+    /// Per cell of the cube map: some facet that faces inward may be seen there.
+    cells: Vec<bool>,
+    /// Square of the longest edge of all facets.
+    reach_sq: f64,
 }
 
 /// Cells along each edge of the cube map.
@@ -77,17 +87,56 @@ fn cell(u: DVec3) -> usize {
     (face * GRID + place(a)) * GRID + place(b)
 }
 
+/// Middles of all cells of the cube map, in their order.
+fn middles() -> impl Iterator<Item = DVec3> {
+    (0..6 * GRID * GRID).map(|k| {
+        let [a, b] = [k / GRID % GRID, k % GRID].map(|x| (2 * x + 1) as f64 / GRID as f64 - 1.0);
+        let c = if k / (GRID * GRID) % 2 == 0 { 1.0 } else { -1.0 };
+        match k / (2 * GRID * GRID) {
+            0 => DVec3::new(c, a, b),
+            1 => DVec3::new(b, c, a),
+            _ => DVec3::new(a, b, c),
+        }
+        .normalize()
+    })
+}
+
+impl Folds {
+    /// Angle between a cell's middle and its farthest corner, radians: at most half the diagonal of a cell.
+    const CELL: f64 = 1.5 / GRID as f64;
+
+    /// `inward`: the facets that do not face outward.
+    fn new(points: &[DVec3], triangles: &Triangles, inward: &[usize]) -> Folds {
+        let corners = |t: &[u32; 3]| t.map(|v| points[v as usize]);
+        let middles: Vec<DVec3> = middles().collect();
+        let mut cells = vec![false; middles.len()];
+        for &f in inward {
+            // all that the facet hides lies in the cone about its corners
+            let [a, b, c] = corners(&triangles.0[f]).map(|p| p.normalize());
+            let axis = (a + b + c).normalize_or_zero();
+            let wide = axis.dot(a).min(axis.dot(b)).min(axis.dot(c));
+            let least = if wide > 0.0 { (wide.min(1.0).acos() + Folds::CELL).cos() } else { -1.0 };
+            cells.iter_mut().zip(&middles).for_each(|(cell, m)| *cell |= m.dot(axis) >= least);
+        }
+        let longest = |t: &[u32; 3]| {
+            let [a, b, c] = corners(t);
+            a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+        };
+        Folds { cells, reach_sq: triangles.0.iter().map(longest).fold(0.0, f64::max) }
+    }
+}
+
 impl Mesh {
-    /// `folded`: some facet does not face outward.
-    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, facets: Facets, coarse: Vec<Facets>, folded: bool) -> Mesh {
+    /// `inward`: the facets that do not face outward.
+    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, facets: Facets, coarse: Vec<Facets>, inward: &[usize]) -> Mesh {
         let Facets { triangles, twins } = facets;
         let mut starts = vec![NONE; 6 * GRID * GRID];
         // facets come in families of 4^levels neighbours: one in eight is enough to hit every cell that matters
         for (f, t) in triangles.0.iter().enumerate().step_by(8) {
             starts[cell(points[t[0] as usize])] = f as u32;
         }
-        let coarse = if folded { Vec::new() } else { coarse };
-        Mesh { points, normals, triangles, twins, coarse, starts }
+        let folds = (!inward.is_empty()).then(|| Folds::new(&points, &triangles, inward));
+        Mesh { points, normals, triangles, twins, coarse, starts, folds }
     }
 
     fn corners(&self, t: [u32; 3]) -> [DVec3; 3] {
@@ -124,13 +173,15 @@ impl<'a> Caster<'a> {
     /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
-        let known = || match self.mesh.starts[cell(u)] {
-            NONE => self.at,
-            known => known as usize,
-        };
-        let near = self.mesh.points[self.mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
+        let mesh = self.mesh;
+        let place = cell(u);
+        let known = || if mesh.starts[place] == NONE { self.at } else { mesh.starts[place] as usize };
+        let near = mesh.points[mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
         let (first, second) = if near { (self.at, known()) } else { (known(), self.at) };
-        let face = self.locate(first, u).or_else(|| self.locate(second, u)).or_else(|| self.search(u))?;
+        // where the film is folded the way decides which facet is met: it keeps to the finest level
+        let single = mesh.folds.as_ref().is_none_or(|f| !f.cells[place]);
+        let quick = if single { self.descend(first, u) } else { None };
+        let face = quick.or_else(|| self.along(first, u)).or_else(|| self.along(second, u)).or_else(|| self.search(u))?;
         self.at = face;
         let t = self.mesh.triangles.0[face];
         let [a, b, c] = self.mesh.corners(t);
@@ -151,18 +202,19 @@ impl<'a> Caster<'a> {
         Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
     }
 
-    /// The facet that holds the ray, by walking from `start`: over the coarsest facets first, which are few enough to stay in
-    /// the cache.
-    fn locate(&self, start: usize, u: DVec3) -> Option<usize> {
-        let mesh = self.mesh;
-        let mut face = start;
-        if !mesh.coarse.is_empty() {
-            face >>= 2 * mesh.coarse.len();
-            for Facets { triangles, twins } in &mesh.coarse {
-                face = 4 * self.walk(face, u, triangles, twins)? + 3;
-            }
+    /// The facet that holds the ray, by walking from `start` over the coarsest facets first: they are few enough to stay
+    /// in the cache.
+    fn descend(&self, start: usize, u: DVec3) -> Option<usize> {
+        let mut face = start >> (2 * self.mesh.coarse.len());
+        for Facets { triangles, twins } in &self.mesh.coarse {
+            face = 4 * self.walk(face, u, triangles, twins)? + 3;
         }
-        self.walk(face, u, &mesh.triangles, &mesh.twins).filter(|&f| self.inside(f, u))
+        self.along(face, u)
+    }
+
+    /// The facet that holds the ray, by walking from `start` over the finest facets.
+    fn along(&self, start: usize, u: DVec3) -> Option<usize> {
+        self.walk(start, u, &self.mesh.triangles, &self.mesh.twins).filter(|&f| self.inside(f, u))
     }
 
     /// Walk towards the ray over the facets of one level, as far as that leads; none where it does not end.
@@ -199,7 +251,26 @@ impl<'a> Caster<'a> {
 
     /// All facets, the outermost hit first.
     fn search(&self, u: DVec3) -> Option<usize> {
-        let reach = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize].dot(u);
-        (0..self.mesh.triangles.0.len()).filter(|&f| reach(f) > 0.0 && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+        let first = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize];
+        let reach = |f: usize| first(f).dot(u);
+        // a facet that holds the ray has no vertex farther from it than its longest edge
+        let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq * (1.0 + 1e-9));
+        let near = |f: usize| reach(f) > 0.0 && first(f).length_squared() - reach(f).powi(2) <= reach_sq;
+        (0..self.mesh.triangles.0.len()).filter(|&f| near(f) && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn middles_lie_in_their_cells() {
+        for (k, m) in middles().enumerate() {
+            assert_eq!(cell(m), k);
+        }
+        // the farthest corner of a cell, at the middle of a cube's face
+        let (middle, corner) = (DVec3::new(1.0, 1.0 / GRID as f64, 1.0 / GRID as f64), DVec3::X);
+        assert!(middle.angle_between(corner) < Folds::CELL);
     }
 }

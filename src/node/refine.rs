@@ -192,9 +192,12 @@ fn edge_point(old: &State, star: &Star, f: usize, k: usize, new: &mut State) {
 
 /// Normals of the refined surface: from its facets, by their areas, and from the cylinder on the rims.
 fn finish(state: State, star: &Star, coarse: Vec<Facets>) -> Mesh {
-    let mut folded = false;
+    let (mut facet, mut inward) = (0, Vec::new());
     let mut normals = facet_means(&state.points, &state.triangles, |corner, cross| {
-        folded |= !(corner.dot(cross) > 0.0);
+        if !(corner.dot(cross) > 0.0) {
+            inward.push(facet);
+        }
+        facet += 1;
         cross
     });
     for (v, rim) in state.rims.iter().enumerate() {
@@ -203,5 +206,5 @@ fn finish(state: State, star: &Star, coarse: Vec<Facets>) -> Mesh {
             normals[v] = (state.points[v] - star.cuts[arm] * star.axes[arm]).normalize();
         }
     }
-    Mesh::new(state.points, normals, Facets { triangles: state.triangles, twins: state.twins }, coarse, folded)
+    Mesh::new(state.points, normals, Facets { triangles: state.triangles, twins: state.twins }, coarse, &inward)
 }
