@@ -403,7 +403,7 @@ struct Objective {
 impl Objective {
     fn new(layout: &Layout, net: &Net, samples: Vec<Sample>, fairness: f64) -> Result<Objective, String> {
         // Gram matrices of the basis and of its first two derivatives
-        let rule: Vec<(f64, [Vec<f64>; 3])> = gauss::rule(N).iter().map(|&(x, w)| (w, basis(P, x))).collect();
+        let rule: Vec<_> = gauss::rule(N).iter().map(|&(x, w)| (w, basis(P, x))).collect();
         let gram = |order: usize, i: usize, j: usize| -> f64 { rule.iter().map(|(w, b)| w * b[order][i] * b[order][j]).sum() };
         let [g0, g1, g2] = [0, 1, 2].map(|order| Mat::<f64>::from_fn(N, N, |i, j| gram(order, i, j)));
         let symbols = net.free + layout.around.len();

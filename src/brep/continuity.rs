@@ -4,11 +4,12 @@
 use super::error::BrepError;
 use super::model::{Curve, Label, Model, Solid, Surface};
 use crate::ids::NodeId;
-use crate::math::nurbs::{Jet1, NurbsSurface};
+use crate::math::nurbs::{Jet1, Table};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The worst of many samples, and the two faces that meet there (twice the same for a value that
 /// belongs to one face).
@@ -127,25 +128,37 @@ pub fn quality(model: &Model, samples: usize, sharp: &[NodeId]) -> Quality {
     model.solids.iter().map(of_solid).fold(Quality::none(), Quality::merge)
 }
 
-/// A side of a patch, walked in the sense of the face's loop.
-struct Side<'a> {
-    surface: &'a NurbsSurface,
-    /// 0: v = 0, 1: u = 1, 2: v = 1, 3: u = 0.
-    side: usize,
+/// A sampled patch of a node, about the node (mm): jets at even parameters, `[iu * samples + iv]`.
+struct Sampled {
+    jets: Vec<Jet1>,
+    samples: usize,
+    label: Label,
 }
 
-impl Side<'_> {
-    /// Jet at the fraction `f` (0 to 1) of the walk.
-    fn jet(&self, f: f64) -> Jet1 {
-        let [[u0, u1], [v0, v1]] = self.surface.domain();
-        let along = |a: f64, b: f64| if f == 1.0 { b } else { a + f * (b - a) };
-        let (u, v) = match self.side {
-            0 => (along(u0, u1), v0),
-            1 => (u1, along(v0, v1)),
-            2 => (along(u1, u0), v1),
-            _ => (u0, along(v1, v0)),
+impl Sampled {
+    /// Sample k of side `side`, walked in the sense of the face's loop. 0: v = 0, 1: u = 1, 2: v = 1, 3: u = 0.
+    fn border(&self, side: usize, k: usize) -> &Jet1 {
+        let last = self.samples - 1;
+        let (u, v) = match side {
+            0 => (k, 0),
+            1 => (last, k),
+            2 => (last - k, last),
+            _ => (0, last - k),
         };
-        self.surface.jet1(u, v)
+        &self.jets[u * self.samples + v]
+    }
+}
+
+/// The tables of the last knot vectors met: all patches of a node share them.
+#[derive(Default)]
+struct Tables(Vec<Table>);
+
+impl Tables {
+    fn of(&mut self, degree: usize, knots: &Arc<[f64]>, samples: usize) -> usize {
+        self.0.iter().position(|t| t.fits(degree, knots)).unwrap_or_else(|| {
+            self.0.push(Table::even(degree, knots, samples));
+            self.0.len() - 1
+        })
     }
 }
 
@@ -162,14 +175,16 @@ fn node_quality(solid: &Solid, n: usize, faces: Range<usize>, samples: usize) ->
     let mut out = Quality::none();
     let origin = solid.centers[n];
     let shell = solid.shell();
-    let fraction = |k: usize| k as f64 / (samples - 1) as f64;
-    let mut patches = vec![];
+    let mut tables = Tables::default();
+    let mut patches: Vec<Sampled> = vec![];
     // (edge, patch, side, walked forward) of every spline edge.
     let mut uses = vec![];
     for f in faces {
         let Surface::Spline(spline) = &shell.faces[f].surface else { continue };
         let label = solid.labels[f];
-        let surface = solid.spline_surface(spline, origin);
+        let [u, v] = [0, 1].map(|k| tables.of(spline.degree[k], &spline.knots[k], samples));
+        let jets = solid.spline_surface(spline, origin).jets1([&tables.0[u], &tables.0[v]]);
+        let patch = Sampled { jets, samples, label };
         let mut walk = shell.faces[f].boundaries[0].iter();
         for (side, &count) in spline.sides.iter().enumerate() {
             for e in walk.by_ref().take(count as usize) {
@@ -189,33 +204,28 @@ fn node_quality(solid: &Solid, n: usize, faces: Range<usize>, samples: usize) ->
             let circle = &solid.circles[c];
             let strut = label.strut().map_or(label, Label::Strut);
             for k in 0..samples {
-                let jet = Side { surface: &surface, side: 0 }.jet(fraction(k));
+                let jet = patch.border(0, k);
                 let of_strut = solid.strut_normal(c / 2, jet.p + (origin - circle.center));
-                out.rim_jump_deg.raise(angle_deg(normal(&jet), of_strut), [label, strut]);
+                out.rim_jump_deg.raise(angle_deg(normal(jet), of_strut), [label, strut]);
                 out.gap_mm.raise(circle.distance(jet.p + origin), [label, strut]);
             }
         }
-        facing(&mut out, &surface, label, samples);
-        patches.push((surface, label));
+        facing(&mut out, &patch);
+        patches.push(patch);
     }
     uses.sort_unstable();
     for pair in uses.chunk_by(|a, b| a.0 == b.0) {
-        edge_quality(&mut out, solid, origin, &patches, pair, samples);
+        edge_quality(&mut out, solid, origin, &patches, pair, &mut tables);
     }
     out
 }
 
 /// Normal against ray on a grid over the patch, borders included.
-fn facing(out: &mut Quality, surface: &NurbsSurface, label: Label, samples: usize) {
-    let [[u0, u1], [v0, v1]] = surface.domain();
-    for i in 0..samples {
-        for j in 0..samples {
-            let [fu, fv] = [i, j].map(|k| k as f64 / (samples - 1) as f64);
-            let jet = surface.jet1(u0 + fu * (u1 - u0), v0 + fv * (v1 - v0));
-            let value = normal(&jet).dot(jet.p.normalize());
-            if value < out.facing.value || value.is_nan() {
-                out.facing = Worst { value, at: Some([label; 2]) };
-            }
+fn facing(out: &mut Quality, patch: &Sampled) {
+    for jet in &patch.jets {
+        let value = normal(jet).dot(jet.p.normalize());
+        if value < out.facing.value || value.is_nan() {
+            out.facing = Worst { value, at: Some([patch.label; 2]) };
         }
     }
 }
@@ -225,27 +235,25 @@ fn edge_quality(
     out: &mut Quality,
     solid: &Solid,
     origin: DVec3,
-    patches: &[(NurbsSurface, Label)],
+    patches: &[Sampled],
     uses: &[(usize, usize, usize, bool)],
-    samples: usize,
+    tables: &mut Tables,
 ) {
     let edge = &solid.shell().edges[uses[0].0];
     let Curve::Spline(spline) = &edge.curve else { return };
-    let curve = solid.spline_curve(spline, origin);
-    let [t0, t1] = curve.domain();
-    let labels = [patches[uses[0].1].1, patches[uses[uses.len() - 1].1].1];
-    for (t, v) in [(t0, edge.vertices.0), (t1, edge.vertices.1)] {
-        out.gap_mm.raise(curve.point(t).distance(solid.points[v] - origin), labels);
+    let samples = patches[uses[0].1].samples;
+    let table = tables.of(spline.degree, &spline.knots, samples);
+    let points: Vec<DVec3> = solid.spline_curve(spline, origin).points_at(&tables.0[table]).collect();
+    let labels = [patches[uses[0].1].label, patches[uses[uses.len() - 1].1].label];
+    for (p, v) in [(points[0], edge.vertices.0), (points[samples - 1], edge.vertices.1)] {
+        out.gap_mm.raise(p.distance(solid.points[v] - origin), labels);
     }
-    for k in 0..samples {
-        let f = k as f64 / (samples - 1) as f64;
-        let on_curve = curve.point(t0 + f * (t1 - t0));
+    for (k, on_curve) in points.into_iter().enumerate() {
         let mut first = None;
         for &(_, patch, side, forward) in uses {
-            let (surface, label) = &patches[patch];
-            let jet = Side { surface, side }.jet(if forward { f } else { 1.0 - f });
-            out.gap_mm.raise(jet.p.distance(on_curve), [*label; 2]);
-            let n = normal(&jet);
+            let jet = patches[patch].border(side, if forward { k } else { samples - 1 - k });
+            out.gap_mm.raise(jet.p.distance(on_curve), [patches[patch].label; 2]);
+            let n = normal(jet);
             match first {
                 None => first = Some(n),
                 Some(m) => out.inner_jump_deg.raise(angle_deg(m, n), labels),

@@ -8,10 +8,11 @@
 use super::error::BrepError;
 use super::model::{Circle, Solid, Surface};
 use crate::math::gauss;
-use crate::math::nurbs::{MAX_DEGREE, NurbsSurface, basis, breaks, span};
+use crate::math::nurbs::{NurbsSurface, Sample, Table, breaks};
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Gauss points per knot span beyond the degree, for one span per direction and at least; see
 /// `order`. Measured on exact quarter circles and 120° arcs (tests): one span with the first, or
@@ -116,10 +117,11 @@ fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Ci
     let origin = solid.centers[n];
     let mut sum = Flux::default();
     let mut area = 0.0;
+    let mut rule = None;
     for face in &solid.faces()[faces] {
         match &face.surface {
             Surface::Spline(s) => {
-                let flux = patch_flux(&solid.spline_surface(s, origin), 0);
+                let flux = flux(&solid.spline_surface(s, origin), 0, &mut rule);
                 area += flux.area;
                 sum += flux;
             }
@@ -157,16 +159,23 @@ pub fn disc_flux(circle: &Circle, sign: f64, origin: DVec3) -> Flux {
 /// One patch, about its own origin, by Gauss's rule on every knot span; `finer` more points than
 /// usual, to see what the usual number leaves.
 pub fn patch_flux(s: &NurbsSurface, finer: usize) -> Flux {
+    flux(s, finer, &mut None)
+}
+
+/// The same; `rules` are those of the patch before, taken over where they fit.
+fn flux(s: &NurbsSurface, finer: usize, rules: &mut Option<[Rule; 2]>) -> Flux {
     let [nu, nv] = s.size();
     let [p, q] = s.degree;
-    let table = |k: usize| samples(s.degree[k], &s.knots[k], finer);
-    let (us, vs) = (table(0), table(1));
+    if !rules.as_ref().is_some_and(|r| [0, 1].iter().all(|&k| r[k].table.fits(s.degree[k], &s.knots[k]))) {
+        *rules = None;
+    }
+    let [us, vs] = rules.get_or_insert_with(|| [0, 1].map(|k| Rule::new(s.degree[k], &s.knots[k], finer)));
     let points: Vec<DVec4> = s.points.iter().zip(&s.weights).map(|(&p, &w)| (p * w).extend(w)).collect();
     let mut out = Flux::default();
     // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
     let mut column = vec![[DVec4::ZERO; 2]; nv];
     debug_assert_eq!(points.len(), nu * nv);
-    for u in &us {
+    for (u, wu) in us.points() {
         for (j, c) in column.iter_mut().enumerate() {
             *c = [DVec4::ZERO; 2];
             for r in 0..=p {
@@ -175,7 +184,7 @@ pub fn patch_flux(s: &NurbsSurface, finer: usize) -> Flux {
                 c[1] += u.slope[r] * h;
             }
         }
-        for v in &vs {
+        for (v, wv) in vs.points() {
             let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
             for r in 0..=q {
                 let c = &column[v.first + r];
@@ -186,7 +195,7 @@ pub fn patch_flux(s: &NurbsSurface, finer: usize) -> Flux {
             let y = a.truncate() / a.w;
             let du = (au.truncate() - au.w * y) / a.w;
             let dv = (av.truncate() - av.w * y) / a.w;
-            let n = du.cross(dv) * (u.weight * v.weight);
+            let n = du.cross(dv) * (wu * wv);
             out.area += n.length();
             out.volume += y * n;
             out.moment += 0.5 * y * y * n;
@@ -195,29 +204,25 @@ pub fn patch_flux(s: &NurbsSurface, finer: usize) -> Flux {
     out
 }
 
-/// One quadrature point of one parameter.
-struct Sample {
-    /// Share of the parameter's length.
-    weight: f64,
-    /// First control point with a basis function here.
-    first: usize,
-    value: [f64; MAX_DEGREE + 1],
-    slope: [f64; MAX_DEGREE + 1],
+/// Gauss's rule on the knot spans of one parameter: the basis functions at its points, and their weights (shares of the
+/// parameter's length).
+struct Rule {
+    table: Table,
+    weights: Vec<f64>,
 }
 
-fn samples(degree: usize, knots: &[f64], finer: usize) -> Vec<Sample> {
-    let breaks = breaks(degree, knots);
-    let rule = gauss::rule(order(degree, breaks.len() - 1, finer));
-    let mut out = vec![];
-    for part in breaks.windows(2) {
-        let length = part[1] - part[0];
-        let s = span(degree, knots, part[0]);
-        for &(x, w) in &rule {
-            let [value, slope, _] = basis(degree, knots, s, part[0] + x * length, 1);
-            out.push(Sample { weight: w * length, first: s - degree, value, slope });
-        }
+impl Rule {
+    fn new(degree: usize, knots: &Arc<[f64]>, finer: usize) -> Rule {
+        let breaks = breaks(degree, knots);
+        let rule = gauss::rule(order(degree, breaks.len() - 1, finer));
+        let both = breaks.windows(2).flat_map(|part| rule.iter().map(move |&(x, w)| (part[0] + x * (part[1] - part[0]), w * (part[1] - part[0]))));
+        let (parameters, weights): (Vec<f64>, Vec<f64>) = both.unzip();
+        Rule { table: Table::new(degree, knots, parameters.into_iter()), weights }
     }
-    out
+
+    fn points(&self) -> impl Iterator<Item = (&Sample, f64)> {
+        self.table.samples().iter().zip(self.weights.iter().copied())
+    }
 }
 
 #[cfg(test)]

@@ -8,10 +8,12 @@
 //! through Chebyshev-Lobatto points, of the lowest degree that is good enough.
 
 use super::model::{Circle, Curve, Solid, SplineSurface, Surface};
+use crate::math::bernstein::{Interpolation, MOST_DEGREE, basis};
 use crate::math::nurbs::NurbsCurve;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
 use truck_topology::compress::{CompressedEdge, CompressedFace};
 
 /// Largest distance between the mapped point and the circle's point, in radii. Well below the
@@ -156,37 +158,44 @@ impl Inverse<'_> {
 
     /// Bernstein coefficients of the polynomial through Lobatto's points of this piece.
     fn interpolate(&self, degree: usize, arc: [f64; 2], us: [f64; 2]) -> Vec<f64> {
-        let n = degree + 1;
-        let mut rows = vec![];
-        for k in 0..n {
-            let x = 0.5 - 0.5 * (PI * k as f64 / degree as f64).cos();
-            let value = if k == 0 {
-                us[0]
-            } else if k == degree {
-                us[1]
-            } else {
-                self.solve(arc[0] + x * (arc[1] - arc[0]), us, us[0] + x * (us[1] - us[0]))
-            };
-            let mut row = bernstein(degree, x);
-            row.push(value);
-            rows.push(row);
+        let Points { lobatto, .. } = Points::of(degree);
+        let mut values = vec![us[0]; degree + 1];
+        values[degree] = us[1];
+        for k in 1..degree {
+            let x = lobatto.nodes[k];
+            values[k] = self.solve(arc[0] + x * (arc[1] - arc[0]), us, us[0] + x * (us[1] - us[0]));
         }
-        let mut out = eliminate(rows);
+        let mut out = lobatto.coefficients(&values);
         (out[0], out[degree]) = (us[0], us[1]);
         out
     }
 
     /// Largest distance (in radii) between circle and mapped border, between the fitted points.
     fn miss(&self, values: &[f64], arc: [f64; 2]) -> f64 {
-        let degree = values.len() - 1;
         let mut worst = 0.0f64;
-        for k in 0..2 * degree {
-            let x = (k as f64 + 0.5) / (2.0 * degree as f64);
-            let u: f64 = bernstein(degree, x).iter().zip(values).map(|(b, v)| b * v).sum();
+        for (x, basis) in &Points::of(values.len() - 1).between {
+            let u: f64 = basis.iter().zip(values).map(|(b, v)| b * v).sum();
             let away = wrap(self.circle.azimuth(self.border.point(u)) - (arc[0] + x * (arc[1] - arc[0])));
             worst = worst.max(away.abs());
         }
         worst
+    }
+}
+
+/// Where the map of one degree is fitted and where it is checked, made once.
+struct Points {
+    lobatto: Interpolation,
+    /// (x, all Bernstein polynomials at x).
+    between: Vec<(f64, [f64; MOST_DEGREE + 1])>,
+}
+
+impl Points {
+    fn of(degree: usize) -> &'static Points {
+        static ALL: [OnceLock<Points>; MOST_DEGREE + 1] = [const { OnceLock::new() }; MOST_DEGREE + 1];
+        ALL[degree].get_or_init(|| {
+            let x = |k: usize| (k as f64 + 0.5) / (2.0 * degree as f64);
+            Points { lobatto: Interpolation::new(degree), between: (0..2 * degree).map(|k| (x(k), basis(degree, x(k))[0])).collect() }
+        })
     }
 }
 
@@ -195,43 +204,10 @@ fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
-/// All Bernstein polynomials of a degree at `x` in [0, 1].
-fn bernstein(degree: usize, x: f64) -> Vec<f64> {
-    let mut b = vec![0.0; degree + 1];
-    b[0] = 1.0;
-    for p in 1..=degree {
-        for k in (0..=p).rev() {
-            let left = if k > 0 { b[k - 1] } else { 0.0 };
-            b[k] = (1.0 - x) * b[k] + x * left;
-        }
-    }
-    b
-}
-
-/// Solve a small dense system by elimination with row pivots; each row ends with its right side.
-fn eliminate(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
-    let n = rows.len();
-    for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs())).unwrap_or(k);
-        rows.swap(k, pivot);
-        for i in k + 1..n {
-            let factor = rows[i][k] / rows[k][k];
-            for j in k..=n {
-                rows[i][j] -= factor * rows[k][j];
-            }
-        }
-    }
-    let mut x = vec![0.0; n];
-    for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
-        x[k] = (rows[k][n] - known) / rows[k][k];
-    }
-    x
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     const CIRCLE: Circle = Circle { center: DVec3::ZERO, axis: DVec3::Z, x: DVec3::X, radius: 1.0 };
 
@@ -254,7 +230,7 @@ mod tests {
         let sample = |k: usize, j: usize| {
             let (from, to) = (map.knots[d + k * d], map.knots[d + (k + 1) * d]);
             let x = j as f64 / 40.0;
-            let u: f64 = bernstein(d, x).iter().zip(&map.us[k * d..]).map(|(b, u)| b * u).sum();
+            let u: f64 = basis(d, x)[0].iter().zip(&map.us[k * d..]).map(|(b, u)| b * u).sum();
             border.point(u).distance(CIRCLE.radial(from + x * (to - from)))
         };
         (0..pieces).flat_map(|k| (0..=40).map(move |j| sample(k, j))).fold(0.0, f64::max)

@@ -1,25 +1,36 @@
 //! Polynomials in Bernstein form on [0, 1].
 
-/// Values and the first two derivatives of the n + 1 Bernstein polynomials of degree n at x.
-pub fn basis(n: usize, x: f64) -> [Vec<f64>; 3] {
-    let plain = |n: usize| {
-        let mut b = vec![0.0; n + 1];
-        b[0] = 1.0;
-        for k in 1..=n {
-            for i in (1..=k).rev() {
-                b[i] = (1.0 - x) * b[i] + x * b[i - 1];
-            }
-            b[0] *= 1.0 - x;
+/// Highest degree of [`basis`]: its values live on the stack.
+pub const MOST_DEGREE: usize = 13;
+
+/// Values and the first two derivatives of the n + 1 Bernstein polynomials of degree n at x; zeros behind them.
+pub fn basis(n: usize, x: f64) -> [[f64; MOST_DEGREE + 1]; 3] {
+    assert!(n <= MOST_DEGREE, "degree {n} of a Bernstein basis: at most {MOST_DEGREE}");
+    let mut b = [0.0; MOST_DEGREE + 1];
+    b[0] = 1.0;
+    // those of degree n, n - 1 and n - 2
+    let mut plain = [b; 3];
+    for k in 1..=n {
+        for i in (1..=k).rev() {
+            b[i] = (1.0 - x) * b[i] + x * b[i - 1];
         }
-        b
-    };
-    let lower = |b: &[f64], n: usize| -> Vec<f64> {
+        b[0] *= 1.0 - x;
+        if n - k <= 2 {
+            plain[n - k] = b;
+        }
+    }
+    let lower = |b: [f64; MOST_DEGREE + 1], n: usize| {
         // derivative of degree n from the polynomials of degree n - 1
-        (0..=n).map(|i| n as f64 * (if i > 0 { b[i - 1] } else { 0.0 } - if i < n { b[i] } else { 0.0 })).collect()
+        let mut out = [0.0; MOST_DEGREE + 1];
+        for i in 0..=n {
+            out[i] = n as f64 * (if i > 0 { b[i - 1] } else { 0.0 } - if i < n { b[i] } else { 0.0 });
+        }
+        out
     };
-    let d1 = if n >= 1 { lower(&plain(n - 1), n) } else { vec![0.0; n + 1] };
-    let d2 = if n >= 2 { lower(&lower(&plain(n - 2), n - 1), n) } else { vec![0.0; n + 1] };
-    [plain(n), d1, d2]
+    let none = [0.0; MOST_DEGREE + 1];
+    let d1 = if n >= 1 { lower(plain[1], n) } else { none };
+    let d2 = if n >= 2 { lower(lower(plain[2], n - 1), n) } else { none };
+    [plain[0], d1, d2]
 }
 
 /// Turns values at the nodes of one degree into Bernstein coefficients: exact for polynomials of that degree.
@@ -36,7 +47,7 @@ impl Interpolation {
         let n = degree + 1;
         let nodes: Vec<f64> = (0..n).map(|k| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / degree as f64).cos()).collect();
         // Gauss-Jordan with pivoting on the collocation matrix: degree <= 12, done once
-        let mut a: Vec<Vec<f64>> = nodes.iter().map(|&x| basis(degree, x)[0].clone()).collect();
+        let mut a: Vec<Vec<f64>> = nodes.iter().map(|&x| basis(degree, x)[0][..n].to_vec()).collect();
         let mut inv: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(i == j)).collect()).collect();
         for col in 0..n {
             let pivot = (col..n).max_by(|&i, &j| a[i][col].abs().total_cmp(&a[j][col].abs())).expect("rows left");

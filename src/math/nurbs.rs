@@ -131,7 +131,63 @@ pub fn breaks(degree: usize, knots: &[f64]) -> Vec<f64> {
     out
 }
 
+/// Values and slopes of the basis functions of one knot vector at fixed parameters, for many curves or surfaces over it.
+#[derive(Clone, Debug)]
+pub struct Table {
+    degree: usize,
+    knots: Arc<[f64]>,
+    samples: Vec<Sample>,
+}
+
+/// One parameter of a [`Table`].
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// First control point with a basis function here.
+    pub first: usize,
+    pub value: [f64; MAX_DEGREE + 1],
+    pub slope: [f64; MAX_DEGREE + 1],
+}
+
+impl Table {
+    pub fn new(degree: usize, knots: &Arc<[f64]>, parameters: impl Iterator<Item = f64>) -> Table {
+        let sample = |t: f64| {
+            let s = span(degree, knots, t);
+            let [value, slope, _] = basis(degree, knots, s, t, 1);
+            Sample { first: s - degree, value, slope }
+        };
+        Table { degree, knots: knots.clone(), samples: parameters.map(sample).collect() }
+    }
+
+    /// `count` parameters (at least 2) in equal steps over the domain, ends included.
+    pub fn even(degree: usize, knots: &Arc<[f64]>, count: usize) -> Table {
+        let [a, b] = domain(degree, knots);
+        Table::new(degree, knots, (0..count).map(|k| if k + 1 == count { b } else { a + k as f64 / (count - 1) as f64 * (b - a) }))
+    }
+
+    /// Whether this table serves curves of this degree and knot vector.
+    pub fn fits(&self, degree: usize, knots: &Arc<[f64]>) -> bool {
+        self.degree == degree && (Arc::ptr_eq(&self.knots, knots) || self.knots == *knots)
+    }
+
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+}
+
 impl NurbsCurve {
+    /// The points at all parameters of a table that fits; the same bits as `point`.
+    pub fn points_at(&self, table: &Table) -> impl Iterator<Item = DVec3> {
+        debug_assert!(table.fits(self.degree, &self.knots));
+        table.samples.iter().map(|sample| {
+            let mut a = DVec4::ZERO;
+            for r in 0..=self.degree {
+                let w = self.weights[sample.first + r];
+                a += sample.value[r] * (self.points[sample.first + r] * w).extend(w);
+            }
+            a.truncate() / a.w
+        })
+    }
+
     /// First and last parameter.
     pub fn domain(&self) -> [f64; 2] {
         domain(self.degree, &self.knots)
@@ -193,6 +249,43 @@ impl NurbsSurface {
             du: (a[1][0].truncate() - a[1][0].w * p) / w,
             dv: (a[0][1].truncate() - a[0][1].w * p) / w,
         }
+    }
+
+    /// [`jet1`](Self::jet1) at all pairs of parameters of two tables that fit, `[iu * count of v + iv]`; the same bits.
+    pub fn jets1(&self, [u, v]: [&Table; 2]) -> Vec<Jet1> {
+        debug_assert!(u.fits(self.degree[0], &self.knots[0]) && v.fits(self.degree[1], &self.knots[1]));
+        let [p, q] = self.degree;
+        let [nu, nv] = self.size();
+        let count = v.samples.len();
+        // along v first: `[iu * count + sample]`, (weight · point, weight) and its v-derivative
+        let mut rows = vec![[DVec4::ZERO; 2]; nu * count];
+        let mut line = vec![DVec4::ZERO; nv];
+        for (i, rows) in rows.chunks_exact_mut(count).enumerate() {
+            for (h, (point, &w)) in line.iter_mut().zip(self.points[i * nv..].iter().zip(&self.weights[i * nv..])) {
+                *h = (*point * w).extend(w);
+            }
+            for (row, sample) in rows.iter_mut().zip(&v.samples) {
+                for (c, &h) in line[sample.first..=sample.first + q].iter().enumerate() {
+                    row[0] += sample.value[c] * h;
+                    row[1] += sample.slope[c] * h;
+                }
+            }
+        }
+        let mut out = Vec::with_capacity(u.samples.len() * count);
+        for sample in &u.samples {
+            for k in 0..count {
+                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+                for r in 0..=p {
+                    let row = &rows[(sample.first + r) * count + k];
+                    a += sample.value[r] * row[0];
+                    av += sample.value[r] * row[1];
+                    au += sample.slope[r] * row[0];
+                }
+                let point = a.truncate() / a.w;
+                out.push(Jet1 { p: point, du: (au.truncate() - au.w * point) / a.w, dv: (av.truncate() - av.w * point) / a.w });
+            }
+        }
+        out
     }
 
     /// Point, first and second derivatives at `(u, v)` (eq. 4.20).
@@ -275,6 +368,17 @@ mod tests {
             for (exact, approx) in [(j.du, du), (j.dv, dv), (j.duu, duu), (j.duv, duv), (j.dvv, dvv)] {
                 assert!(exact.distance(approx) < 1e-7 * (1.0 + exact.length()), "{exact} {approx} at {u} {v}");
             }
+        }
+    }
+
+    #[test]
+    fn tables_give_the_same_bits() {
+        let s = sample();
+        let (u, v) = (Table::even(4, &s.knots[0], 7), Table::even(3, &s.knots[1], 5));
+        let jets = s.jets1([&u, &v]);
+        for (k, jet) in jets.iter().enumerate() {
+            let single = s.jet1((k / 5) as f64 / 6.0 * 2.0, (k % 5) as f64 / 4.0);
+            assert_eq!((jet.p, jet.du, jet.dv), (single.p, single.du, single.dv));
         }
     }
 

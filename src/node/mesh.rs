@@ -38,6 +38,13 @@ impl Triangles {
     }
 }
 
+/// Triangles with the twins of their half-edges.
+#[derive(Clone, Debug)]
+pub struct Facets {
+    pub triangles: Triangles,
+    pub twins: Vec<u32>,
+}
+
 /// A refined film.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -46,8 +53,21 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     pub triangles: Triangles,
     pub twins: Vec<u32>,
+    /// What was refined, coarsest first: facet f has the parts `4 f + k` at its vertices k and `4 f + 3` in the middle.
+    coarse: Vec<Facets>,
     /// Per cell of a cube map of directions: a facet seen there, or `NONE`. Rays start their walk from it.
     starts: Vec<u32>,
+    folds: Option<Folds>,
+}
+
+/// Where a film is folded: there a ray meets several facets. It meets one more that faces outward than inward, so
+/// everywhere else it meets one.
+#[derive(Clone, Debug)]
+struct Folds {
+    /// Per cell of the cube map: some facet that faces inward may be seen there.
+    cells: Vec<bool>,
+    /// Square of the longest edge of all facets.
+    reach_sq: f64,
 }
 
 /// Cells along each edge of the cube map.
@@ -67,14 +87,60 @@ fn cell(u: DVec3) -> usize {
     (face * GRID + place(a)) * GRID + place(b)
 }
 
+/// Middles of all cells of the cube map, in their order.
+fn middles() -> impl Iterator<Item = DVec3> {
+    (0..6 * GRID * GRID).map(|k| {
+        let [a, b] = [k / GRID % GRID, k % GRID].map(|x| (2 * x + 1) as f64 / GRID as f64 - 1.0);
+        let c = if k / (GRID * GRID) % 2 == 0 { 1.0 } else { -1.0 };
+        match k / (2 * GRID * GRID) {
+            0 => DVec3::new(c, a, b),
+            1 => DVec3::new(b, c, a),
+            _ => DVec3::new(a, b, c),
+        }
+        .normalize()
+    })
+}
+
+impl Folds {
+    /// Angle between a cell's middle and its farthest corner, radians: at most half the diagonal of a cell.
+    const CELL: f64 = 1.5 / GRID as f64;
+
+    /// `inward`: the facets that do not face outward.
+    fn new(points: &[DVec3], triangles: &Triangles, inward: &[usize]) -> Folds {
+        let corners = |t: &[u32; 3]| t.map(|v| points[v as usize]);
+        let middles: Vec<DVec3> = middles().collect();
+        let mut cells = vec![false; middles.len()];
+        for &f in inward {
+            // all that the facet hides lies in the cone about its corners
+            let [a, b, c] = corners(&triangles.0[f]).map(|p| p.normalize());
+            let axis = (a + b + c).normalize_or_zero();
+            let wide = axis.dot(a).min(axis.dot(b)).min(axis.dot(c));
+            let least = if wide > 0.0 { (wide.min(1.0).acos() + Folds::CELL).cos() } else { -1.0 };
+            cells.iter_mut().zip(&middles).for_each(|(cell, m)| *cell |= m.dot(axis) >= least);
+        }
+        let longest = |t: &[u32; 3]| {
+            let [a, b, c] = corners(t);
+            a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+        };
+        Folds { cells, reach_sq: triangles.0.iter().map(longest).fold(0.0, f64::max) }
+    }
+}
+
 impl Mesh {
-    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, triangles: Triangles, twins: Vec<u32>) -> Mesh {
+    /// `inward`: the facets that do not face outward.
+    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, facets: Facets, coarse: Vec<Facets>, inward: &[usize]) -> Mesh {
+        let Facets { triangles, twins } = facets;
         let mut starts = vec![NONE; 6 * GRID * GRID];
         // facets come in families of 4^levels neighbours: one in eight is enough to hit every cell that matters
         for (f, t) in triangles.0.iter().enumerate().step_by(8) {
             starts[cell(points[t[0] as usize])] = f as u32;
         }
-        Mesh { points, normals, triangles, twins, starts }
+        let folds = (!inward.is_empty()).then(|| Folds::new(&points, &triangles, inward));
+        Mesh { points, normals, triangles, twins, coarse, starts, folds }
+    }
+
+    fn corners(&self, t: [u32; 3]) -> [DVec3; 3] {
+        [self.points[t[0] as usize], self.points[t[1] as usize], self.points[t[2] as usize]]
     }
 
     /// Least cosine between a facet's normal and the ray from the node to it (negative: the film is folded there),
@@ -83,7 +149,7 @@ impl Mesh {
         let mut least = 1.0f64;
         let mut folded = 0;
         for t in &self.triangles.0 {
-            let [a, b, c] = t.map(|v| self.points[v as usize]);
+            let [a, b, c] = self.corners(*t);
             let cos = (b - a).cross(c - a).normalize_or_zero().dot((a + b + c).normalize_or_zero());
             least = least.min(cos);
             folded += usize::from(cos <= 0.0);
@@ -107,23 +173,27 @@ impl<'a> Caster<'a> {
     /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
-        let known = self.mesh.starts[cell(u)];
-        let known = if known == NONE { self.at } else { known as usize };
-        let near = self.mesh.points[self.mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
-        let (first, second) = if near { (self.at, known) } else { (known, self.at) };
-        let face = self.walk(first, u).or_else(|| self.walk(second, u)).or_else(|| self.search(u))?;
+        let mesh = self.mesh;
+        let place = cell(u);
+        let known = || if mesh.starts[place] == NONE { self.at } else { mesh.starts[place] as usize };
+        let near = mesh.points[mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
+        let (first, second) = if near { (self.at, known()) } else { (known(), self.at) };
+        // where the film is folded the way decides which facet is met: it keeps to the finest level
+        let single = mesh.folds.as_ref().is_none_or(|f| !f.cells[place]);
+        let quick = if single { self.descend(first, u) } else { None };
+        let face = quick.or_else(|| self.along(first, u)).or_else(|| self.along(second, u)).or_else(|| self.search(u))?;
         self.at = face;
-        let t = self.mesh.triangles.0[face].map(|v| v as usize);
-        let [a, b, c] = t.map(|v| self.mesh.points[v]);
+        let t = self.mesh.triangles.0[face];
+        let [a, b, c] = self.mesh.corners(t);
         let weight = [u.dot(b.cross(c)), u.dot(c.cross(a)), u.dot(a.cross(b))];
         let sum: f64 = weight.iter().sum();
         let p = (weight[0] * a + weight[1] * b + weight[2] * c) / sum;
         let mut normal = DVec3::ZERO;
         let mut lift = 0.0;
-        for k in 0..3 {
-            let n = self.mesh.normals[t[k]];
-            normal += weight[k] / sum * n;
-            lift += 0.5 * weight[k] / sum * n.dot(self.mesh.points[t[k]] - p);
+        for (v, (corner, weight)) in t.into_iter().zip([a, b, c].into_iter().zip(weight)) {
+            let n = self.mesh.normals[v as usize];
+            normal += weight / sum * n;
+            lift += 0.5 * weight / sum * n.dot(corner - p);
         }
         let normal = normal.normalize();
         // steep facets: the lift along the ray is bounded by the size of the facet
@@ -132,25 +202,39 @@ impl<'a> Caster<'a> {
         Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
     }
 
-    /// Walk towards the ray, from the last hit or from the facet that the cube map knows near the ray.
-    fn walk(&self, mut face: usize, u: DVec3) -> Option<usize> {
+    /// The facet that holds the ray, by walking from `start` over the coarsest facets first: they are few enough to stay
+    /// in the cache.
+    fn descend(&self, start: usize, u: DVec3) -> Option<usize> {
+        let mut face = start >> (2 * self.mesh.coarse.len());
+        for Facets { triangles, twins } in &self.mesh.coarse {
+            face = 4 * self.walk(face, u, triangles, twins)? + 3;
+        }
+        self.along(face, u)
+    }
+
+    /// The facet that holds the ray, by walking from `start` over the finest facets.
+    fn along(&self, start: usize, u: DVec3) -> Option<usize> {
+        self.walk(start, u, &self.mesh.triangles, &self.mesh.twins).filter(|&f| self.inside(f, u))
+    }
+
+    /// Walk towards the ray over the facets of one level, as far as that leads; none where it does not end.
+    fn walk(&self, mut face: usize, u: DVec3, triangles: &Triangles, twins: &[u32]) -> Option<usize> {
         const MOST_STEPS: usize = 200;
-        let mesh = self.mesh;
         let mut from = NONE;
         for _ in 0..MOST_STEPS {
-            let [a, b, c] = mesh.triangles.0[face].map(|v| mesh.points[v as usize]);
+            let [a, b, c] = self.mesh.corners(triangles.0[face]);
+            let twins = &twins[3 * face..3 * face + 3];
             let side = [u.dot(a.cross(b)), u.dot(b.cross(c)), u.dot(c.cross(a))];
             let mut next = NONE;
             let mut worst = 0.0;
-            for (k, &side) in side.iter().enumerate() {
-                let h = (3 * face + k) as u32;
-                if side < worst && mesh.twins[h as usize] != NONE && h != from {
-                    worst = side;
-                    next = mesh.twins[h as usize];
+            for k in 0..3 {
+                if side[k] < worst && twins[k] != NONE && (3 * face + k) as u32 != from {
+                    worst = side[k];
+                    next = twins[k];
                 }
             }
             if next == NONE {
-                return self.inside(face, u).then_some(face);
+                return Some(face);
             }
             from = next;
             face = next as usize / 3;
@@ -160,14 +244,33 @@ impl<'a> Caster<'a> {
 
     /// Facet `face` faces outward and holds the ray.
     fn inside(&self, face: usize, u: DVec3) -> bool {
-        let [a, b, c] = self.mesh.triangles.0[face].map(|v| self.mesh.points[v as usize]);
+        let [a, b, c] = self.mesh.corners(self.mesh.triangles.0[face]);
         let slack = -1e-12 * a.length_squared();
-        a.dot(b.cross(c)) > 0.0 && u.dot(a.cross(b)) >= slack && u.dot(b.cross(c)) >= slack && u.dot(c.cross(a)) >= slack
+        u.dot(a.cross(b)) >= slack && u.dot(b.cross(c)) >= slack && u.dot(c.cross(a)) >= slack && a.dot(b.cross(c)) > 0.0
     }
 
     /// All facets, the outermost hit first.
     fn search(&self, u: DVec3) -> Option<usize> {
-        let reach = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize].dot(u);
-        (0..self.mesh.triangles.0.len()).filter(|&f| reach(f) > 0.0 && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+        let first = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize];
+        let reach = |f: usize| first(f).dot(u);
+        // a facet that holds the ray has no vertex farther from it than its longest edge
+        let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq * (1.0 + 1e-9));
+        let near = |f: usize| reach(f) > 0.0 && first(f).length_squared() - reach(f).powi(2) <= reach_sq;
+        (0..self.mesh.triangles.0.len()).filter(|&f| near(f) && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn middles_lie_in_their_cells() {
+        for (k, m) in middles().enumerate() {
+            assert_eq!(cell(m), k);
+        }
+        // the farthest corner of a cell, at the middle of a cube's face
+        let (middle, corner) = (DVec3::new(1.0, 1.0 / GRID as f64, 1.0 / GRID as f64), DVec3::X);
+        assert!(middle.angle_between(corner) < Folds::CELL);
     }
 }

@@ -6,7 +6,7 @@
 //! sharp crotch face each other. A neighbour whose normal is more than 60° from the new one gives no lift (`LEAST_COS`).
 
 use crate::node::film::Control;
-use crate::node::mesh::{Mesh, NONE, Rim, Triangles};
+use crate::node::mesh::{Facets, Mesh, NONE, Rim, Triangles};
 use crate::node::star::Star;
 use glam::DVec3;
 
@@ -19,10 +19,13 @@ pub fn refine(control: Control, star: &Star, levels: u32) -> Mesh {
     let normals = initial_normals(&control);
     let twins = control.triangles.twins();
     let mut state = State { points: control.points, normals, triangles: control.triangles, twins, rims: control.rims };
+    let mut coarse = Vec::with_capacity(levels as usize);
     for _ in 0..levels {
-        state = step(&state, star);
+        let finer = step(&state, star);
+        coarse.push(Facets { triangles: state.triangles, twins: state.twins });
+        state = finer;
     }
-    finish(state, star)
+    finish(state, star, coarse)
 }
 
 struct State {
@@ -35,21 +38,22 @@ struct State {
 
 /// Figure 11b: the struts' normals on rims and their 1-ring, elsewhere the mean of the unit normals of the facets.
 fn initial_normals(control: &Control) -> Vec<DVec3> {
-    let mean = facet_means(&control.points, &control.triangles, |_| 1.0);
+    let mean = facet_means(&control.points, &control.triangles, |_, cross| cross.normalize_or_zero());
     control.normals.iter().zip(mean).map(|(set, mean)| set.unwrap_or(mean)).collect()
 }
 
-/// Unit mean of the facet normals around each vertex, weighted by a function of the facet's area.
-fn facet_means(points: &[DVec3], triangles: &Triangles, weight: impl Fn(f64) -> f64) -> Vec<DVec3> {
+/// Unit mean around each vertex of a function of the facets: of a corner, and of the normal that is twice its area long.
+fn facet_means(points: &[DVec3], triangles: &Triangles, mut share: impl FnMut(DVec3, DVec3) -> DVec3) -> Vec<DVec3> {
     let mut sum = vec![DVec3::ZERO; points.len()];
-    for t in &triangles.0 {
-        let [a, b, c] = t.map(|v| points[v as usize]);
-        let cross = (b - a).cross(c - a);
-        let area = 0.5 * cross.length();
-        let n = cross.normalize_or_zero() * weight(area);
-        t.iter().for_each(|&v| sum[v as usize] += n);
+    for &[i, j, k] in &triangles.0 {
+        let [a, b, c] = [points[i as usize], points[j as usize], points[k as usize]];
+        let n = share(a, (b - a).cross(c - a));
+        sum[i as usize] += n;
+        sum[j as usize] += n;
+        sum[k as usize] += n;
     }
-    sum.iter().map(|n| n.normalize_or_zero()).collect()
+    sum.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+    sum
 }
 
 /// β_n of equation 8.
@@ -58,60 +62,61 @@ fn beta(n: usize) -> f64 {
     (5.0 / 8.0 - (3.0 / 8.0 + 0.25 * (std::f64::consts::TAU / n).cos()).powi(2)) / n
 }
 
-/// One term of the lift: the height of the tangent-plane crossing of neighbour (v, n) above t along `normal`.
+/// One term of the lift: the height of the tangent-plane crossing of neighbour (v, n) above t along unit `normal`.
 fn lift(v: DVec3, n: DVec3, t: DVec3, normal: DVec3) -> f64 {
-    if n.dot(normal) < LEAST_COS {
+    let cos = n.dot(normal);
+    if cos < LEAST_COS {
         return 0.0;
     }
-    let s = n + normal;
-    s.dot(v - t) / s.dot(normal)
+    (n + normal).dot(v - t) / (1.0 + cos)
 }
 
+/// One level. Triangle f becomes 4 f + k at its vertices k, and 4 f + 3 in the middle; vertices keep their numbers, those
+/// of the edges follow.
 fn step(old: &State, star: &Star) -> State {
     let (nv, nf) = (old.points.len(), old.triangles.0.len());
-    // number the edges: by the first of their half-edges
-    let mut edge = vec![NONE; 3 * nf];
-    let mut first = Vec::new();
-    for h in 0..3 * nf {
-        let twin = old.twins[h];
-        if twin == NONE || (h as u32) < twin {
-            edge[h] = first.len() as u32;
-            first.push(h);
-        } else {
-            edge[h] = edge[twin as usize];
-        }
-    }
-    let total = nv + first.len();
+    let rim_edges = old.twins.iter().filter(|&&t| t == NONE).count();
+    let total = nv + (3 * nf + rim_edges) / 2;
     let mut new = State {
-        points: vec![DVec3::ZERO; total],
-        normals: vec![DVec3::ZERO; total],
+        points: Vec::with_capacity(total),
+        normals: Vec::with_capacity(total),
         triangles: Triangles(Vec::with_capacity(4 * nf)),
-        twins: vec![NONE; 12 * nf],
-        rims: vec![None; total],
+        twins: Vec::with_capacity(12 * nf),
+        rims: Vec::with_capacity(total),
     };
     vertex_points(old, &mut new);
-    for (e, &h) in first.iter().enumerate() {
-        edge_point(old, star, h, nv + e, &mut new);
-    }
+    // vertex on each edge; an edge is met first at the lower of its half-edges
+    let mut middle = vec![NONE; 3 * nf];
     for f in 0..nf {
-        let t = old.triangles.0[f];
-        let mid = [0, 1, 2].map(|k| nv as u32 + edge[3 * f + k]);
         for k in 0..3 {
-            new.triangles.0.push([t[k], mid[k], mid[(k + 2) % 3]]);
+            let h = 3 * f + k;
+            let twin = old.twins[h];
+            middle[h] = if twin == NONE || h < twin as usize {
+                edge_point(old, star, f, k, &mut new);
+                new.points.len() as u32 - 1
+            } else {
+                middle[twin as usize]
+            };
         }
-        new.triangles.0.push(mid);
-        for k in 0..3 {
-            let (corner, centre) = (3 * (4 * f + k) + 1, 3 * (4 * f + 3) + (k + 2) % 3);
-            new.twins[corner] = centre as u32;
-            new.twins[centre] = corner as u32;
-            let twin = old.twins[3 * f + k];
-            if twin != NONE {
-                let (g, m) = (twin as usize / 3, twin as usize % 3);
-                let (near, far) = (3 * (4 * f + k), 3 * (4 * g + (m + 1) % 3) + 2);
-                new.twins[near] = far as u32;
-                new.twins[far] = near as u32;
+    }
+    for (f, t) in old.triangles.0.iter().enumerate() {
+        let mid = &middle[3 * f..3 * f + 3];
+        // the half-edges across the first and the second half of edge k
+        let across = [0, 1, 2].map(|k| match old.twins[3 * f + k] {
+            NONE => [NONE; 2],
+            twin => {
+                let (g, m) = (twin / 3, twin % 3);
+                [3 * (4 * g + (m + 1) % 3) + 2, 3 * (4 * g + m)]
             }
+        });
+        let f = f as u32;
+        for k in 0..3 {
+            let back = (k + 2) % 3;
+            new.triangles.0.push([t[k], mid[k], mid[back]]);
+            new.twins.extend([across[k][0], 3 * (4 * f + 3) + back as u32, across[back][1]]);
         }
+        new.triangles.0.push([mid[0], mid[1], mid[2]]);
+        new.twins.extend([1, 2, 0].map(|k| 3 * (4 * f + k) + 1));
     }
     new
 }
@@ -119,79 +124,89 @@ fn step(old: &State, star: &Star) -> State {
 /// Equation 10; rim vertices stay.
 fn vertex_points(old: &State, new: &mut State) {
     let nv = old.points.len();
-    let mut valence = vec![0usize; nv];
-    let mut sum = vec![DVec3::ZERO; nv];
-    let mut normal_sum = vec![DVec3::ZERO; nv];
+    let mut valence = vec![0u32; nv];
+    let mut sums = vec![[DVec3::ZERO; 2]; nv];
     for t in &old.triangles.0 {
         for k in 0..3 {
             let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
             valence[a] += 1;
-            sum[a] += old.points[b];
-            normal_sum[a] += old.normals[b];
+            sums[a][0] += old.points[b];
+            sums[a][1] += old.normals[b];
         }
     }
+    let most = valence.iter().copied().max().unwrap_or(0);
+    let betas: Vec<f64> = (0..=most as usize).map(beta).collect();
     let mut height = vec![0.0; nv];
     for v in 0..nv {
-        new.rims[v] = old.rims[v];
         let (p, n) = (old.points[v], old.normals[v]);
-        if old.rims[v].is_some() {
-            (new.points[v], new.normals[v]) = (p, n);
-            continue;
+        let (mut t, mut normal) = (p, n);
+        if old.rims[v].is_none() {
+            let b = betas[valence[v] as usize];
+            let own = 1.0 - valence[v] as f64 * b;
+            t = own * p + b * sums[v][0];
+            normal = (own * n + b * sums[v][1]).normalize();
+            height[v] = own * lift(p, n, t, normal);
         }
-        let b = beta(valence[v]);
-        let own = 1.0 - valence[v] as f64 * b;
-        let t = own * p + b * sum[v];
-        let normal = (own * n + b * normal_sum[v]).normalize();
-        (new.points[v], new.normals[v]) = (t, normal);
-        height[v] = own * lift(p, n, t, normal);
+        new.points.push(t);
+        new.normals.push(normal);
+        new.rims.push(old.rims[v]);
     }
     for t in &old.triangles.0 {
         for k in 0..3 {
             let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
             if old.rims[a].is_none() {
-                height[a] += beta(valence[a]) * lift(old.points[b], old.normals[b], new.points[a], new.normals[a]);
+                height[a] += betas[valence[a] as usize] * lift(old.points[b], old.normals[b], new.points[a], new.normals[a]);
             }
         }
     }
-    for v in 0..nv {
+    for v in (0..nv).filter(|&v| old.rims[v].is_none()) {
         new.points[v] += height[v] * new.normals[v];
     }
 }
 
-/// Equation 11, and on rims equation 6.
-fn edge_point(old: &State, star: &Star, h: usize, at: usize, new: &mut State) {
-    let corner = |h: usize| old.triangles.0[h / 3][h % 3] as usize;
-    let next = |h: usize| h - h % 3 + (h + 1) % 3;
-    let (i, j) = (corner(h), corner(next(h)));
-    if old.twins[h] == NONE {
+/// Equation 11 on edge k of facet f, and on rims equation 6.
+fn edge_point(old: &State, star: &Star, f: usize, k: usize, new: &mut State) {
+    let corner = |f: usize, k: usize| old.triangles.0[f][k % 3] as usize;
+    let (i, j) = (corner(f, k), corner(f, k + 1));
+    let twin = old.twins[3 * f + k];
+    if twin == NONE {
         let rim = old.rims[i].expect("an edge without a twin lies on a rim");
         let arm = rim.arm as usize;
         // c((u_i + u_j) / 2): the middle of the arc between both ends
         let normal = (old.normals[i] + old.normals[j]).normalize();
         let (c, taper) = (star.axes[arm], star.tapers[arm]);
         let out = if taper == 0.0 { normal } else { normal.reject_from_normalized(c).normalize() };
-        new.points[at] = star.cuts[arm] * c + star.rim_radius(arm) * out;
-        new.normals[at] = star.normal(arm, out);
-        new.rims[at] = Some(rim);
+        new.points.push(star.cuts[arm] * c + star.rim_radius(arm) * out);
+        new.normals.push(star.normal(arm, out));
+        new.rims.push(Some(rim));
         return;
     }
-    let (p, q) = (corner(next(next(h))), corner(next(next(old.twins[h] as usize))));
-    let weights = [(i, 3.0 / 8.0), (j, 3.0 / 8.0), (p, 1.0 / 8.0), (q, 1.0 / 8.0)];
-    let t: DVec3 = weights.iter().map(|&(v, w)| w * old.points[v]).sum();
-    let normal = weights.iter().map(|&(v, w)| w * old.normals[v]).sum::<DVec3>().normalize();
-    let height: f64 = weights.iter().map(|&(v, w)| w * lift(old.points[v], old.normals[v], t, normal)).sum();
-    new.points[at] = t + height * normal;
-    new.normals[at] = normal;
+    let (p, q) = (corner(f, k + 2), corner(twin as usize / 3, twin as usize % 3 + 2));
+    let (points, normals) = (&old.points, &old.normals);
+    let t = 0.375 * (points[i] + points[j]) + 0.125 * (points[p] + points[q]);
+    let normal = (0.375 * (normals[i] + normals[j]) + 0.125 * (normals[p] + normals[q])).normalize();
+    let height = |v: usize| lift(points[v], normals[v], t, normal);
+    let height = 0.375 * (height(i) + height(j)) + 0.125 * (height(p) + height(q));
+    new.points.push(t + height * normal);
+    new.normals.push(normal);
+    new.rims.push(None);
 }
 
-/// Normals of the refined surface: from its facets, and from the cylinder on the rims.
-fn finish(state: State, star: &Star) -> Mesh {
-    let mut normals = facet_means(&state.points, &state.triangles, |area| area);
+/// Normals of the refined surface: from its facets, by their areas, and from the cylinder on the rims.
+fn finish(state: State, star: &Star, coarse: Vec<Facets>) -> Mesh {
+    let (mut facet, mut inward) = (0, Vec::new());
+    let mut normals = facet_means(&state.points, &state.triangles, |corner, cross| {
+        if !(corner.dot(cross) > 0.0) {
+            inward.push(facet);
+        }
+        facet += 1;
+        cross
+    });
     for (v, rim) in state.rims.iter().enumerate() {
         if let Some(rim) = rim {
             let arm = rim.arm as usize;
             normals[v] = star.normal(arm, (state.points[v] - star.cuts[arm] * star.axes[arm]).normalize());
         }
     }
-    Mesh::new(state.points, normals, state.triangles, state.twins)
+    Mesh::new(state.points, normals, Facets { triangles: state.triangles, twins: state.twins }, coarse, &inward)
 }

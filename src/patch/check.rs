@@ -1,7 +1,8 @@
 //! What a skin must pass before it leaves the patch layer, and the figures that the report shows.
 
+use crate::math::nurbs::{Jet1, Table};
 use crate::node::Film;
-use crate::patch::{Skin, SkinCurve};
+use crate::patch::{Patch, Skin, SkinCurve};
 use glam::DVec3;
 
 /// Measured on one skin. Lengths in node units, angles in degrees.
@@ -18,62 +19,78 @@ pub struct Quality {
     pub mean_deviation: f64,
 }
 
-/// Samples along each edge, and per direction inside each patch.
-const ALONG: usize = 5;
-const INSIDE: usize = 5;
+/// Samples per direction on each patch, borders included.
+const SAMPLES: usize = 5;
+const LAST: usize = SAMPLES - 1;
 
-/// The normal of patch `patch` at the point of its border `side` (index into `boundary`) where the edge has parameter `x`.
-fn border_normal(skin: &Skin, patch: usize, side: usize, x: f64) -> DVec3 {
-    let p = &skin.patches[patch];
-    let (_, forward) = p.boundary[side];
-    let along = if forward { x } else { 1.0 - x };
+/// Place among a patch's samples of sample k along an edge that is its border `side` (index into `boundary`).
+fn border(side: usize, forward: bool, k: usize) -> usize {
+    let along = if forward { k } else { LAST - k };
     let (u, v) = match side {
-        0 => (along, 0.0),
-        1 => (1.0, along),
-        2 => (1.0 - along, 1.0),
-        _ => (0.0, 1.0 - along),
+        0 => (along, 0),
+        1 => (LAST, along),
+        2 => (LAST - along, LAST),
+        _ => (0, LAST - along),
     };
-    let jet = p.surface.jet1(u, v);
+    u * SAMPLES + v
+}
+
+fn normal(jet: &Jet1) -> DVec3 {
     jet.du.cross(jet.dv).normalize()
+}
+
+/// Points and tangents of each patch at its samples, `[iu * SAMPLES + iv]`; patches over the same knots share their tables.
+fn jets(skin: &Skin) -> Vec<Vec<Jet1>> {
+    let mut tables: Option<[Table; 2]> = None;
+    let of = |patch: &Patch| {
+        let s = &patch.surface;
+        let fits = tables.as_ref().is_some_and(|t| [0, 1].iter().all(|&k| t[k].fits(s.degree[k], &s.knots[k])));
+        if !fits {
+            tables = Some([0, 1].map(|k| Table::even(s.degree[k], &s.knots[k], SAMPLES)));
+        }
+        let [u, v] = tables.as_ref().expect("made above");
+        s.jets1([u, v])
+    };
+    skin.patches.iter().map(of).collect()
 }
 
 /// Measure a skin against the film it was fitted to.
 pub fn measure(skin: &Skin, film: &Film) -> Quality {
     let mut q = Quality { facing: 1.0, ..Quality::default() };
-    let mut users: Vec<Vec<(usize, usize)>> = vec![Vec::new(); skin.edges.len()];
+    let jets = jets(skin);
+    // (patch, side, runs forward) of the users of each edge, the first two
+    let mut users: Vec<[Option<(usize, usize, bool)>; 2]> = vec![[None; 2]; skin.edges.len()];
     for (k, patch) in skin.patches.iter().enumerate() {
-        for (side, &(edge, _)) in patch.boundary.iter().enumerate() {
-            users[edge].push((k, side));
+        for (side, &(edge, forward)) in patch.boundary.iter().enumerate() {
+            let slot = usize::from(users[edge][0].is_some());
+            users[edge][slot] = Some((k, side, forward));
         }
     }
-    for (edge, users) in users.iter().enumerate() {
-        for i in 0..ALONG {
-            let x = i as f64 / (ALONG - 1) as f64;
-            let n = border_normal(skin, users[0].0, users[0].1, x);
-            match &skin.edges[edge].curve {
-                SkinCurve::Spline(_) => raise(&mut q.jump, degrees(n, border_normal(skin, users[1].0, users[1].1, x))),
+    for (edge, users) in skin.edges.iter().zip(&users) {
+        for k in 0..SAMPLES {
+            let at = |user: usize| {
+                let (patch, side, forward) = users[user].expect("an edge of the skin borders a patch, a spline edge two");
+                &jets[patch][border(side, forward, k)]
+            };
+            let first = at(0);
+            match &edge.curve {
+                SkinCurve::Spline(_) => raise(&mut q.jump, degrees(normal(first), normal(at(1)))),
                 SkinCurve::RimArc(arm) => {
-                    // a rim arc has no parameter of its own: ask the patch for the point
-                    let p = &skin.patches[users[0].0];
-                    let at = p.surface.point(1.0 - x, 0.0);
                     let rim = &skin.rims[*arm];
-                    let out = (at - at.dot(rim.axis) * rim.axis).normalize();
-                    raise(&mut q.rim_jump, degrees(n, out - rim.taper * rim.axis));
+                    let out = (first.p - first.p.dot(rim.axis) * rim.axis).normalize();
+                    raise(&mut q.rim_jump, degrees(normal(first), out - rim.taper * rim.axis));
                 }
             }
         }
     }
     let mut sampler = film.sampler();
     let mut count = 0.0;
-    for patch in &skin.patches {
-        for i in 0..INSIDE {
-            for step in 0..INSIDE {
-                let k = if i % 2 == 0 { step } else { INSIDE - 1 - step };
-                let (u, v) = (i as f64 / (INSIDE - 1) as f64, k as f64 / (INSIDE - 1) as f64);
-                let jet = patch.surface.jet1(u, v);
-                let normal = jet.du.cross(jet.dv).normalize();
+    for jets in &jets {
+        for i in 0..SAMPLES {
+            for step in 0..SAMPLES {
+                let jet = &jets[i * SAMPLES + if i % 2 == 0 { step } else { LAST - step }];
                 let ray = jet.p.normalize();
-                let facing = normal.dot(ray);
+                let facing = normal(jet).dot(ray);
                 if facing.is_nan() || facing < q.facing {
                     q.facing = facing;
                 }

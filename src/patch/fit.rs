@@ -283,7 +283,7 @@ impl Direction {
     fn new(interpolation: &Interpolation) -> Self {
         let n = interpolation.nodes.len();
         let rule = gauss::rule(n + 2);
-        let all: Vec<[Vec<f64>; 3]> = rule.iter().map(|&(x, _)| basis(n - 1, x)).collect();
+        let all: Vec<_> = rule.iter().map(|&(x, _)| basis(n - 1, x)).collect();
         let gram = [0, 1, 2].map(|order| {
             let entry = |i: usize, j: usize| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum::<f64>();
             square(n, entry)
@@ -291,7 +291,7 @@ impl Direction {
         // column k of the inverse collocation matrix: coefficients of the polynomial that is 1 at node k
         let units: Vec<Vec<f64>> = (0..n).map(|k| interpolation.coefficients(&(0..n).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
         let lagrange = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
-        Direction { rule, basis: all.into_iter().flat_map(|[b, ..]| b).collect(), lagrange, gram }
+        Direction { rule, basis: all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect(), lagrange, gram }
     }
 }
 
