@@ -43,7 +43,7 @@ use lattice_brep::math::nurbs::{NurbsCurve, NurbsSurface};
 use lattice_brep::node::star::angle;
 use lattice_brep::node::{Film, Method, Star, cut};
 use lattice_brep::patch::check::{self, Quality};
-use lattice_brep::patch::forms::Tables;
+use lattice_brep::patch::Degree;
 use lattice_brep::patch::layout::{Layout, Sector};
 use lattice_brep::patch::map::SectorMap;
 use lattice_brep::patch::{self, Patch, Rim, Skin, SkinCurve, SkinEdge};
@@ -593,14 +593,14 @@ fn assemble(layout: &Layout, points: Vec<Vec<DVec3>>) -> Skin {
         .iter()
         .map(|ring| {
             let radial = &layout.radials[layout.sectors[ring[0]].radials[0]];
-            Rim { axis: radial.c, cut: radial.cut, radius: 1.0, arcs: ring.iter().map(|&s| nk + nr + s).collect() }
+            Rim { axis: radial.c, cut: radial.cut, radius: 1.0, taper: 0.0, arcs: ring.iter().map(|&s| nk + nr + s).collect() }
         })
         .collect();
     out
 }
 
 /// The patch layer's own construction.
-fn gauge(film: &Film, tables: &Tables) -> Result<Skin, String> {
+fn gauge(film: &Film, tables: &Degree) -> Result<Skin, String> {
     patch::fit(film, tables).map(|fitted| fitted.skin)
 }
 
@@ -681,7 +681,7 @@ fn rim_gap(skin: &Skin) -> f64 {
 fn film(axes: &[DVec3]) -> Result<Film, String> {
     let axes: Vec<DVec3> = axes.iter().map(|a| a.normalize()).collect();
     let cuts = cut::cuts(&axes, 0.3);
-    Film::build(Star { axes, cuts }, Method::SoapFilm, Default::default(), 3)
+    Film::build(Star::uniform(axes, cuts), Method::SoapFilm, Default::default(), 3)
 }
 
 /// All sign changes of the coordinates of all points, and their cyclic shifts.
@@ -750,7 +750,7 @@ fn compare() {
     for (degree, least) in [(4, 40.0), (6, 35.0), (8, 30.0), (12, 25.0), (20, 20.0)] {
         rows.push((format!("random {degree}, ≥ {least}°, {SEEDS} seeds"), (1..=SEEDS).map(|seed| random(seed, degree, least)).collect()));
     }
-    let tables = Tables::new(GAUGE_DEGREE);
+    let tables = Degree::new(GAUGE_DEGREE);
     println!("| node | construction | points per patch | inner jump ° | rim jump ° | rim gap | facing | deviation max / mean | failures | ms |");
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for (name, nodes) in rows {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use lattice_brep::ladder::{self, Built, Degrees, Rung};
 use lattice_brep::node::{Fairing, Film, Method};
 use lattice_brep::options::Options;
-use lattice_brep::patch::forms::Tables;
+use lattice_brep::patch::Degree;
 use lattice_brep::patch::{self, Skin};
 
 fn build(axes: Vec<DVec3>, options: &Options) -> Built {
@@ -87,7 +87,7 @@ fn the_last_rung_is_sharp() {
 /// Sharp skins are the struts' cylinders up to the cell sides: closed, tangent at the rims, not folded.
 #[test]
 fn a_sharp_skin_is_made_of_exact_cylinders() {
-    let tables = Tables::new(6);
+    let tables = Degree::new(6);
     for (name, axes) in catalogue() {
         let film = Film::build(star(axes), Method::LevelSet, Fairing::Ray, 0).unwrap();
         let skin = patch::sharp(&film, &tables).unwrap_or_else(|e| panic!("{name}: {e}")).skin;

@@ -37,7 +37,7 @@ fn fan(n: usize, centre: DVec3) -> Control {
 
 /// β of equation 8 from the place of the fan's centre: (1 - n β) of where it was.
 fn beta(n: usize) -> f64 {
-    let star = Star { axes: vec![DVec3::Z], cuts: vec![1.0] };
+    let star = Star::uniform(vec![DVec3::Z], vec![1.0]);
     let start = DVec3::new(0.25, 0.125, 0.0);
     let end = refine(fan(n, start), &star, 1).points[0];
     assert!(end.z.abs() < 1e-15 && end.cross(start).length() < 1e-15);
@@ -56,7 +56,7 @@ fn vertex_weights_are_loop_s() {
 #[test]
 fn edge_points_are_loop_s() {
     let n = 6;
-    let star = Star { axes: vec![DVec3::Z], cuts: vec![1.0] };
+    let star = Star::uniform(vec![DVec3::Z], vec![1.0]);
     let mesh = refine(fan(n, DVec3::new(0.25, 0.125, 0.0)), &star, 1);
     let old = fan(n, DVec3::new(0.25, 0.125, 0.0)).points;
     for k in 0..n {
@@ -120,7 +120,7 @@ fn a_sphere_stays_a_sphere() {
     let n = points.len();
     let normals = points.iter().copied().map(Some).collect();
     let control = Control { points, free: vec![true; n], normals, triangles: Triangles(triangles), rims: vec![None; n] };
-    let mesh = refine(control, &Star { axes: vec![], cuts: vec![] }, 3);
+    let mesh = refine(control, &Star::uniform(vec![], vec![]), 3);
     assert_eq!(mesh.triangles.0.len(), 8 * 16 * 64);
     assert!(mesh.points.iter().all(|p| (p.length() - 1.0).abs() < 1e-13));
     assert!(mesh.twins.iter().all(|&t| t != NONE));

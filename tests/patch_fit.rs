@@ -7,7 +7,7 @@ use glam::DVec3;
 use lattice_brep::ladder::{self, Built, Degrees, Rung};
 use lattice_brep::node::{Fairing, Film, Method};
 use lattice_brep::options::Options;
-use lattice_brep::patch::forms::Tables;
+use lattice_brep::patch::Degree;
 use lattice_brep::patch::{self, check};
 
 fn build(name: &str, axes: Vec<DVec3>, degrees: &Degrees) -> Built {
@@ -63,7 +63,7 @@ fn a_straight_node_is_its_cylinder() {
 fn the_fit_converges_with_the_degree() {
     for (name, axes) in [("octahedron", octahedron()), ("cross", octahedron()[..4].to_vec()), ("random", random(2, 4, 40.0))] {
         let film = Film::build(star(axes), Method::SoapFilm, Fairing::Ray, 3).unwrap();
-        let mean = |p: usize| patch::fit(&film, &Tables::new(p)).unwrap_or_else(|e| panic!("{name}: {e}")).quality.mean_deviation;
+        let mean = |p: usize| patch::fit(&film, &Degree::new(p)).unwrap_or_else(|e| panic!("{name}: {e}")).quality.mean_deviation;
         let [coarse, middle, fine] = [6, 7, 8].map(mean);
         assert!(middle < 0.8 * coarse && fine < 0.9 * middle, "{name}: {coarse}, {middle}, {fine}");
         assert!(coarse < 2e-3, "{name}: {coarse}");
@@ -75,7 +75,7 @@ fn the_fit_converges_with_the_degree() {
 fn reported_quality_is_what_is_measured() {
     for (name, axes) in [("octahedron", octahedron()), ("fan", vec![flat(0.0), flat(40.0), flat(80.0)]), ("random", random(5, 9, 25.0))] {
         let film = Film::build(star(axes), Method::SoapFilm, Fairing::Ray, 3).unwrap();
-        let fitted = patch::fit(&film, &Tables::new(6)).unwrap();
+        let fitted = patch::fit(&film, &Degree::new(6)).unwrap();
         let q = fitted.quality;
         assert!((q.facing - facing(&fitted.skin)).abs() < 0.05, "{name}: {} and {}", q.facing, facing(&fitted.skin));
         assert!(q.jump < 1e-6 && q.rim_jump < 1e-6 && q.mean_deviation < q.deviation, "{name}: {q:?}");

@@ -19,7 +19,16 @@ pub fn flat(degrees: f64) -> DVec3 {
 pub fn star(axes: Vec<DVec3>) -> Star {
     let axes: Vec<DVec3> = axes.into_iter().map(|a| a.normalize()).collect();
     let cuts = cut::cuts(&axes, 0.3);
-    Star { axes, cuts }
+    Star::uniform(axes, cuts)
+}
+
+/// The same directions with radii from 1 down to 0.3 in turn, all caps on one distance at which no two meet.
+pub fn unequal(axes: Vec<DVec3>) -> Star {
+    let mut star = star(axes);
+    star.radii = (0..star.degree()).map(|k| [1.0, 0.3, 0.7, 0.5][k % 4]).collect();
+    let far = star.cuts.iter().fold(0.0f64, |m, &c| m.max(c));
+    star.cuts = vec![far; star.degree()];
+    star
 }
 
 /// All sign changes of a vector, without repeats.

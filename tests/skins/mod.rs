@@ -17,7 +17,7 @@ pub fn graph(nodes: &[DVec3], struts: &[(u32, u32)], radius: f64) -> Graph {
 
 /// The skin of a degree-1 node: one bare rim.
 pub fn end(axis: DVec3) -> Skin {
-    let rim = Rim { axis, cut: 0.0, radius: 1.0, arcs: vec![] };
+    let rim = Rim { axis, cut: 0.0, radius: 1.0, taper: 0.0, arcs: vec![] };
     Skin { rims: vec![rim], ..Skin::default() }
 }
 
@@ -87,8 +87,8 @@ pub fn tapered_tube(axes: [DVec3; 2], n: usize, turn: f64, slopes: [f64; 2]) -> 
     }
     let reversed: Vec<_> = (0..n).map(|j| arcs1[n - 1 - j]).collect();
     skin.rims = vec![
-        Rim { axis: axes[0], cut: 0.5, radius: radii[0], arcs: arcs0 },
-        Rim { axis: axes[1], cut: 0.5, radius: radii[2], arcs: reversed },
+        Rim { axis: axes[0], cut: 0.5, radius: radii[0], taper: 0.0, arcs: arcs0 },
+        Rim { axis: axes[1], cut: 0.5, radius: radii[2], taper: 0.0, arcs: reversed },
     ];
     skin
 }
