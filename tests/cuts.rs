@@ -309,11 +309,24 @@ fn figures_of_given_lattices() {
         assert!(faults.is_empty());
         let graph = Graph::new(input.nodes, input.struts);
         println!("{file}: {} struts", graph.struts().len());
+        // where all radii of a node are equal: the paper's cuts, strut by strut
+        let mut paper = vec![[f64::NAN; 2]; graph.struts().len()];
+        for node in graph.used_nodes().filter(|&n| graph.arms(n).windows(2).all(|w| graph.radius(w[0]) == graph.radius(w[1]))) {
+            for (&arm, cut) in graph.arms(node).iter().zip(cut::cuts(&Star::directions(&graph, node), LAMBDA)) {
+                paper[arm.strut.index()][arm.end as usize] = cut * graph.radius(arm);
+            }
+        }
+        let short = (0..paper.len()).filter(|&k| paper[k][0] + paper[k][1] >= graph.length(StrutId(k as u32))).count();
+        println!("  {short} too short for the paper's cuts");
         let start = Instant::now();
         let result = negotiate(&graph, 0.3);
         println!("  negotiate {:.3} s", start.elapsed().as_secs_f64());
         match result {
-            Ok(cuts) => print_means(&cuts.means),
+            Ok(cuts) => {
+                let same = paper.iter().zip(&cuts.at).filter(|(p, c)| (0..2).all(|k| p[k].to_bits() == c[k].to_bits())).count();
+                println!("  {same} with the paper's cuts to the bit, {} with nodes of unequal radii", paper.iter().filter(|p| p.iter().any(|x| x.is_nan())).count());
+                print_means(&cuts.means);
+            }
             Err(conflicts) => {
                 println!("  {} conflicts", conflicts.len());
                 for c in conflicts.iter().take(3) {

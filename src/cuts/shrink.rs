@@ -8,14 +8,20 @@
 
 use super::bounds::bounds;
 use super::problem::{Problem, across};
-use super::{Cuts, negotiate};
+use super::{Cone, Cuts, negotiate};
 use crate::graph::{Graph, Strut};
 use crate::ids::StrutId;
 use std::f64::consts::PI;
 
-/// Part of the way to the radius for touching cuts that one step takes. Reason: the most that a radius may be smaller than
-/// needed. Guessed.
-const STEP: f64 = 1.0 / 32.0;
+/// Parts of the way to the radius for touching cuts that steps take, from coarse to fine. Reason: the last is about how much
+/// smaller than needed a radius may end; coarse ones first halve the time.
+const STEPS: [f64; 4] = [1.0 / 4.0, 1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
+
+/// Steps taken back before finer ones. Reason: a coarse step may have been one too many for some. Guessed.
+const BACK: f64 = 2.0;
+
+/// Smallest factor on a radius that a way may end at. Reason: where cones are wider than the angle between them it would end at 0.
+const LEAST_FACTOR: f64 = 1.0 / 32.0;
 
 /// A strut whose radii were made smaller.
 #[derive(Clone, Copy, Debug)]
@@ -48,48 +54,81 @@ pub fn shrink(graph: &Graph, lambda: f64) -> (Graph, Cuts, Vec<Shrunk>) {
 
 /// Radii for which bounds do not cross.
 fn shrink_once(graph: &Graph, lambda: f64) -> Graph {
-    let mut p = Problem::new(graph, lambda);
-    let full = p.cones.clone();
-    let all = vec![true; p.struts()];
-    // the factor at the end of the way, and how far each strut has gone
-    let last: Vec<f64> = (0..p.struts()).map(|k| if p.fits(k, &p.touching) { 1.0 } else { touching_factor(&p, k) }).collect();
-    let mut way = vec![0.0; p.struts()];
-    let mut factor = vec![1.0; p.struts()];
-    loop {
-        let bounds = bounds(&p, &all, &[]);
-        if bounds.crossed.is_empty() {
-            break;
+    let mut ways = Ways::new(Problem::new(graph, lambda));
+    let all = vec![true; ways.p.struts()];
+    let mut coarser = None;
+    for step in STEPS {
+        if let Some(coarser) = coarser {
+            (0..all.len()).for_each(|k| ways.go(k, -BACK * coarser));
         }
-        let mut named: Vec<usize> = Vec::new();
-        for &(k, steps) in &bounds.crossed {
-            named.push(k);
-            named.extend(steps.iter().flat_map(|&s| bounds.proof(s)).map(|step| step.beside / 2));
-        }
-        named.sort_unstable();
-        named.dedup();
-        let mut moved = false;
-        for &k in &named {
-            if last[k] < 1.0 && way[k] < 1.0 {
-                way[k] = (way[k] + STEP).min(1.0);
-                factor[k] = 1.0 - way[k] * (1.0 - last[k]);
-                moved = true;
+        coarser = Some(step);
+        loop {
+            let bounds = bounds(&ways.p, &all, &[]);
+            if bounds.crossed.is_empty() {
+                break;
             }
-        }
-        if !moved {
-            // the end of the way: round-off, or cones wider than the angle between them
-            named.iter().for_each(|&k| factor[k] *= 1.0 - STEP);
-        }
-        for k in named {
-            for e in [2 * k, across(2 * k)] {
-                p.cones[e] = full[e].scaled(factor[k]);
+            let mut named: Vec<usize> = Vec::new();
+            for &(k, steps) in &bounds.crossed {
+                named.push(k);
+                named.extend(steps.iter().flat_map(|&s| bounds.proof(s)).map(|step| step.beside / 2));
+            }
+            named.sort_unstable();
+            named.dedup();
+            if named.iter().any(|&k| ways.can_go(k)) {
+                named.iter().for_each(|&k| ways.go(k, step));
+            } else {
+                // round-off at the end of all ways, or cones wider than the angle between them
+                named.iter().for_each(|&k| ways.go_beyond(k, step));
             }
         }
     }
-    let struts = graph.struts().iter().zip(&factor).map(|(s, f)| if *f < 1.0 { Strut { ra: s.ra * f, rb: s.rb * f, ..*s } } else { *s });
+    let struts = graph.struts().iter().zip(&ways.factor).map(|(s, f)| if *f < 1.0 { Strut { ra: s.ra * f, rb: s.rb * f, ..*s } } else { *s });
     Graph::new(graph.nodes().to_vec(), struts.collect())
 }
 
-/// The factor on a strut's radii at which cuts with its touching caps fit; not below `STEP`.
+/// How far each strut has gone from its full radii to those at which its touching cuts fit. All by strut but `full`.
+struct Ways {
+    p: Problem,
+    /// By strut end, radii not shrunk.
+    full: Vec<Cone>,
+    /// Part of the way, 0 to 1.
+    gone: Vec<f64>,
+    /// Factor on the radii at the end of the way; 1: no way to go.
+    last: Vec<f64>,
+    /// Factor on the radii now.
+    factor: Vec<f64>,
+}
+
+impl Ways {
+    fn new(p: Problem) -> Ways {
+        let last = (0..p.struts()).map(|k| if p.fits(k, &p.touching) { 1.0 } else { touching_factor(&p, k) }).collect();
+        Ways { full: p.cones.clone(), gone: vec![0.0; p.struts()], factor: vec![1.0; p.struts()], last, p }
+    }
+
+    fn can_go(&self, k: usize) -> bool {
+        self.last[k] < 1.0 && self.gone[k] < 1.0
+    }
+
+    fn go(&mut self, k: usize, step: f64) {
+        if self.last[k] < 1.0 {
+            self.gone[k] = (self.gone[k] + step).clamp(0.0, 1.0);
+            self.set(k, 1.0 - self.gone[k] * (1.0 - self.last[k]));
+        }
+    }
+
+    fn go_beyond(&mut self, k: usize, step: f64) {
+        self.set(k, self.factor[k] * (1.0 - step));
+    }
+
+    fn set(&mut self, k: usize, factor: f64) {
+        self.factor[k] = factor;
+        for e in [2 * k, across(2 * k)] {
+            self.p.cones[e] = self.full[e].scaled(factor);
+        }
+    }
+}
+
+/// The factor on a strut's radii at which cuts with its touching caps fit; not below `LEAST_FACTOR`.
 fn touching_factor(p: &Problem, k: usize) -> f64 {
     let ends = [2 * k, 2 * k + 1];
     let caps = ends.map(|e| p.cap(e, p.touching[e]));
@@ -100,5 +139,5 @@ fn touching_factor(p: &Problem, k: usize) -> f64 {
         let middle = 0.5 * (low + high);
         if cuts(middle) <= p.room[k] { low = middle } else { high = middle }
     }
-    low.max(STEP)
+    low.max(LEAST_FACTOR)
 }
