@@ -10,6 +10,7 @@ pub mod catalogue;
 pub mod check;
 pub mod components;
 pub mod crop;
+pub mod import;
 pub mod json;
 pub mod proximity;
 
