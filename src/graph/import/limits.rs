@@ -10,6 +10,17 @@ pub const PIECES: usize = 10_000_000;
 pub const LISTED: usize = 10_000;
 /// Most characters of the source shown in a message. Reason: one line of a terminal; a hostile text must not fill the screen.
 pub const SHOWN: usize = 60;
+/// Most bytes unpacked from a packed file: sixteen megabytes and a hundred times the packed size, at most half a gigabyte.
+/// Reason: lattices as XML pack to a tenth or less, at best a thirtieth; bombs to a thousandth. Guessed.
+pub fn unpacked(packed: usize) -> u64 {
+    ((16 << 20) + 100 * packed as u64).min(512 << 20)
+}
+/// Deepest nesting of XML elements. Reason: the formats need ten.
+pub const XML_DEPTH: usize = 64;
+/// Deepest nesting of 3MF components. Reason: real files need three; a ring would not end.
+pub const COMPONENT_DEPTH: usize = 16;
+/// Most instances of 3MF objects. Reason: components of components multiply; a build plate holds some hundreds. Guessed.
+pub const INSTANCES: usize = 100_000;
 /// Bytes looked at to find the format. Reason: comments come first in most formats, rarely more than a page of them.
 pub const SNIFFED: usize = 4096;
 /// Ends nearer than this are one node, in formats that give ends and not nodes (as a fraction of the bounding box's

@@ -5,12 +5,22 @@
 //! each with its place in the source; notes of everything that was left out, joined or taken from an option.
 //! Nothing here opens a file, and no reader sets memory aside by a number that the file claims: see `limits`.
 
+mod abaqus;
 mod csv;
 mod draft;
+mod gmsh;
+mod grid;
 mod join;
 mod limits;
+mod ltcx;
+mod mesh;
 mod obj;
+mod tetgen;
 mod text;
+mod threemf;
+mod vtk;
+mod vtu;
+mod xml;
 
 pub use limits::FILE_BYTES;
 
@@ -67,8 +77,17 @@ impl FromStr for RadiusRule {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     Json,
+    ThreeMf,
+    TetGen,
+    Gmsh,
+    /// Legacy VTK.
+    Vtk,
+    /// VTK's XML files, also polydata.
+    Vtu,
+    Ltcx,
     Csv,
     Obj,
+    Abaqus,
 }
 
 impl Format {
@@ -76,14 +95,21 @@ impl Format {
     pub fn name(self) -> &'static str {
         match self {
             Format::Json => "JSON",
+            Format::ThreeMf => "3MF",
+            Format::TetGen => "TetGen",
+            Format::Gmsh => "Gmsh",
+            Format::Vtk => "VTK",
+            Format::Vtu => "VTU",
+            Format::Ltcx => "LTCX",
             Format::Csv => "CSV",
             Format::Obj => "OBJ",
+            Format::Abaqus => "Abaqus",
         }
     }
 
     /// The format says in which unit its lengths are.
     fn states_unit(self) -> bool {
-        matches!(self, Format::Json)
+        matches!(self, Format::Json | Format::ThreeMf | Format::Ltcx)
     }
 }
 
@@ -131,8 +157,15 @@ pub fn read(source: &Source, options: &ImportOptions) -> Imported {
             let mut draft = Draft::new(options.unit.unwrap_or_default());
             match format {
                 Format::Json => unreachable!("read above"),
+                Format::ThreeMf => threemf::read(source.bytes, &mut draft),
+                Format::TetGen => tetgen::read(source, &mut draft),
+                Format::Gmsh => gmsh::read(source.bytes, &mut draft),
+                Format::Vtk => vtk::read(source.bytes, &mut draft),
+                Format::Vtu => vtu::read(source.bytes, &mut draft),
+                Format::Ltcx => ltcx::read(source.bytes, &mut draft),
                 Format::Csv => csv::read(source.bytes, &mut draft),
                 Format::Obj => obj::read(source.bytes, &mut draft),
+                Format::Abaqus => abaqus::read(source.bytes, &mut draft),
             }
             draft.finish(format, options.radius_rule)
         }
@@ -141,28 +174,36 @@ pub fn read(source: &Source, options: &ImportOptions) -> Imported {
     imported
 }
 
-/// The format, by content; where that does not say, by the suffix of the path.
+/// The format, by content; where that does not say, by the suffix of the path. TetGen's tables of numbers are known by suffix.
 pub fn sniff(bytes: &[u8], path: &Path) -> Option<Format> {
-    by_content(bytes).or_else(|| by_suffix(path))
-}
-
-fn by_suffix(path: &Path) -> Option<Format> {
-    Some(match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-        "json" => Format::Json,
-        "csv" | "txt" => Format::Csv,
-        "obj" => Format::Obj,
-        _ => return None,
-    })
-}
-
-fn by_content(bytes: &[u8]) -> Option<Format> {
+    let suffix = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let head = text::head(bytes);
     let start = head.trim_start();
-    if start.starts_with('{') {
-        return Some(Format::Json);
-    }
-    if obj::is_like(&head) {
-        return Some(Format::Obj);
-    }
-    csv::is_like(&head).then_some(Format::Csv)
+    let by_content = [
+        (Format::ThreeMf, bytes.starts_with(b"PK\x03\x04")),
+        (Format::Json, start.starts_with('{')),
+        (Format::Gmsh, gmsh::is_like(start)),
+        (Format::Vtk, start.starts_with(vtk::START)),
+        (Format::Vtu, start.starts_with('<') && xml::root(start).is_some_and(|root| root == "VTKFile")),
+        (Format::Ltcx, start.starts_with('<') && xml::root(start).is_some_and(|root| ltcx::ROOTS.contains(&root.as_str()))),
+        (Format::Abaqus, abaqus::is_like(start)),
+        (Format::Obj, obj::is_like(start)),
+        (Format::TetGen, tetgen::SUFFIXES.contains(&suffix.as_str())),
+        (Format::Csv, csv::is_like(start)),
+    ];
+    let by_suffix = || {
+        Some(match suffix.as_str() {
+            "json" => Format::Json,
+            "3mf" => Format::ThreeMf,
+            "msh" => Format::Gmsh,
+            "vtk" => Format::Vtk,
+            "vtu" | "vtp" => Format::Vtu,
+            "ltcx" => Format::Ltcx,
+            "csv" => Format::Csv,
+            "obj" => Format::Obj,
+            "inp" => Format::Abaqus,
+            _ => return None,
+        })
+    };
+    by_content.into_iter().find(|(_, is_it)| *is_it).map(|(format, _)| format).or_else(by_suffix)
 }
