@@ -7,6 +7,8 @@ use lattice_brep::graph::import::{Format, ImportOptions, RadiusRule, Units};
 
 const CSV: &str = include_str!("examples/import/corner.csv");
 const OBJ: &str = include_str!("examples/import/corner.obj");
+const LTCX: &str = include_str!("examples/import/beams.ltcx");
+const INP: &str = include_str!("examples/import/frame.inp");
 
 fn rule(radius_rule: RadiusRule) -> ImportOptions {
     ImportOptions { radius_rule: Some(radius_rule), unit: None }
@@ -112,4 +114,62 @@ fn bad_obj_lines_are_told() {
             "line 8: found `99999999999999999999`, wanted the number of one of the 3 vertices",
         ]
     );
+}
+
+#[test]
+fn ltcx_radii_stand_on_the_nodes() {
+    let part = read("beams.ltcx", LTCX);
+    assert_eq!((part.format, count(&part), faults(&part)), (Some(Format::Ltcx), (3, 2), vec![]));
+    assert_eq!(strut(&part, 0), ([0.0; 3], [50.8, 0.0, 0.0], [12.7, 6.35]));
+    assert_eq!(strut(&part, 1).2, [12.7, 12.7]);
+    assert_eq!(notes(&part), ["document: nodes without a strut: 1 left out (first at node[3])"]);
+    let bad = LTCX.replace("\"in\"", "\"mile\"").replace("rad=\"0.25\"", "rad=\"-1\"").replace("n2=\"11\"", "n2=\"99\"").replace("x=\"9\"", "x=\"NaN\"").replace("id=\"12\"", "id=\"10\"");
+    assert_eq!(
+        faults(&read("bad.ltcx", bad)),
+        [
+            "units: found `mile`, wanted one of mm, cm, m, in, ft, um",
+            "node[1]: found `-1` as radius, wanted a radius > 0",
+            "node[2]: found a second node 10, wanted each number once",
+            "node[3]: found `NaN` as x, wanted a finite number",
+            "beam[0]: found `99`, wanted the number of one of the 3 nodes",
+            "beam[1]: found `12`, wanted the number of one of the 3 nodes",
+        ]
+    );
+}
+
+#[test]
+fn abaqus_beams_have_the_sections_of_their_sets() {
+    let part = read("frame.inp", INP);
+    assert_eq!((part.format, faults(&part)), (Some(Format::Abaqus), vec![]));
+    assert_eq!(count(&part), (6, 6));
+    assert_eq!(strut(&part, 0), ([0.0; 3], [10.0, 0.0, 0.0], [1.25; 2]));
+    assert_eq!(strut(&part, 1), ([0.0; 3], [0.0, 10.0, 0.0], [0.5; 2]), "B32 with its middle on the line");
+    assert_eq!(strut(&part, 2), ([0.0; 3], [1.0, 0.0, 5.0], [0.5; 2]), "B32 with its middle off it");
+    assert_eq!(strut(&part, 3), ([1.0, 0.0, 5.0], [0.0, 0.0, 10.0], [0.5; 2]));
+    assert_eq!(strut(&part, 4), ([10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [1.0; 2]), "a truss: the area of a circle");
+    assert_eq!(
+        notes(&part)[..2],
+        ["document: 1 elements of three nodes are straight: their middle nodes are left out", "document: elements of type C3D8 are left out: only beams and trusses are struts"]
+    );
+}
+
+#[test]
+fn abaqus_files_that_make_or_move_nodes_are_refused() {
+    let cases = [
+        (INP.replace("*Instance, name=PART-1-1, part=PART-1", "*Instance, name=PART-1-1, part=PART-1\n1., 0., 0."), "line 41: found an instance that is moved, wanted a part where it stands"),
+        (INP.replace("*End Instance", "*End Instance\n*Instance, name=B, part=PART-1"), "line 42: found a second instance, wanted one instance of one part"),
+        (INP.replace("*Element, type=B31, elset=Thick", "*NGEN\n1, 3\n*Element, type=B31, elset=Thick"), "line 13: found *NGEN, wanted nodes and elements in full, in one system"),
+        (INP.replace("*Node, nset=all", "*Node, input=other.inp"), "line 5: found *node in another file, wanted everything in one file"),
+        (INP.replace("elset=thick, material=m, section=CIRC", "elset=thick, material=m, section=PIPE"), "line 29: found SECTION=PIPE, wanted SECTION=CIRC: struts are round and full"),
+        (INP.replace("1.25\n", "-1.25\n"), "line 30: found `-1.25` as radius, wanted a radius > 0"),
+        (INP.replace("10, 2, 7\n", "10, 2, 70\n"), "line 20: found `70`, wanted the number of one of the 7 nodes"),
+        (INP.replace("2, 10.,  0.,  0.", "2, 10.,  1e400,  0."), "line 7: found `1e400` as y, wanted a finite number"),
+        ("*Node\n1,0,0,0\n*Element, type=S4\n1,1,1,1,1\n".into(), "document: found elements of type S4, wanted elements of type B31, B32 or T3D2"),
+    ];
+    for (text, wanted) in cases {
+        let found = faults(&read("bad.inp", &text));
+        assert!(found.contains(&wanted.to_owned()), "{wanted}: {found:#?}");
+    }
+    let bare = INP.replace("*Beam Section, elset=thick, material=m, section=CIRC\n1.25\n", "");
+    assert!(faults(&read("bare.inp", bare))[0].starts_with("line 14: found no radius for 1 of 6 struts of this Abaqus file, wanted `--radius-rule"));
 }

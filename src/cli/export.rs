@@ -22,13 +22,14 @@ use std::sync::Mutex;
   lattice-brep cell bcc --size 10 --repeat 2x2x2 --radius 0.5 -o bcc.json
   lattice-brep export bcc.json                       writes bcc.step
   lattice-brep export part.json -o part.step --report part.report.json
-  lattice-brep export lines.csv --units in --radius-rule 0.5
-  lattice-brep export curves.obj --radius-rule shortest/8
+  lattice-brep export printed.3mf --crop 0,0,0:30,30,30
+  lattice-brep export mesh.ele --radius-rule shortest/8 --units in
+  lattice-brep export lines.csv --radius-rule 0.5
   lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
 
 Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
-    /// Lattice: JSON (see `lattice-brep schema`), CSV pairs or OBJ lines, found by content
+    /// Lattice: JSON (see `lattice-brep schema`), 3MF, TetGen, Gmsh, VTK, VTU, LTCX, CSV pairs, OBJ lines or Abaqus beams, found by content
     input: PathBuf,
     /// STEP file to write [default: the input's name with .step]
     #[arg(short, long)]

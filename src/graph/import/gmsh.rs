@@ -24,11 +24,13 @@ struct Reader<'a, 'd, I> {
     edges: Edges,
     /// A line that ends a section before its time.
     pending: Option<(u32, Cow<'a, str>)>,
+    /// A count did not hold: what follows cannot be told apart.
+    is_lost: bool,
 }
 
 pub fn read(bytes: &[u8], draft: &mut Draft) {
     let lines = text::lines(bytes).filter(|(_, l)| !l.trim().is_empty());
-    Reader { lines, draft, numbers: Numbers::default(), edges: Edges::default(), pending: None }.file();
+    Reader { lines, draft, numbers: Numbers::default(), edges: Edges::default(), pending: None, is_lost: false }.file();
 }
 
 impl<'a, I: Iterator<Item = (u32, Cow<'a, str>)>> Reader<'a, '_, I> {
@@ -54,7 +56,7 @@ impl<'a, I: Iterator<Item = (u32, Cow<'a, str>)>> Reader<'a, '_, I> {
                 },
                 _ => {}
             }
-            if self.draft.is_full() {
+            if self.draft.is_full() || self.is_lost {
                 return;
             }
         }
@@ -96,6 +98,7 @@ impl<'a, I: Iterator<Item = (u32, Cow<'a, str>)>> Reader<'a, '_, I> {
         let read = [(); N].map(|_| words.next().and_then(|w| w.parse().ok()));
         if !read.iter().all(Option::is_some) {
             self.draft.fault(Draft::line(at), "no counts", what);
+            self.is_lost = true;
             return None;
         }
         Some((at, read.map(|n| n.expect("all are there"))))
@@ -103,6 +106,7 @@ impl<'a, I: Iterator<Item = (u32, Cow<'a, str>)>> Reader<'a, '_, I> {
 
     fn short(&mut self, at: u32, claimed: u64, found: u64, what: &str) {
         self.draft.fault(Draft::line(at), format_args!("a count of {claimed} {what}, then {found}"), "as many as the count says");
+        self.is_lost = true;
     }
 
     fn add_node(&mut self, place: Place, number: &str, line: &str, skip: usize) {
