@@ -248,7 +248,8 @@ fn vtu_arrays_may_be_base64_appended_raw_or_packed() {
 
 #[test]
 fn vtp_lines_are_read_as_text() {
-    let text = r#"<VTKFile type="PolyData"><PolyData><Piece><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 1 2 0</DataArray></Points>
+    let text = r#"<VTKFile type="PolyData"><PolyData><Piece><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 1 2 0
+<InformationKey name="L2_NORM_RANGE" location="vtkDataArray" length="2"><Value index="0">0</Value><Value index="1">2.2</Value></InformationKey></DataArray></Points>
 <Verts><DataArray type="Int64" Name="connectivity" format="ascii">0</DataArray><DataArray type="Int64" Name="offsets" format="ascii">1</DataArray></Verts>
 <Lines><DataArray type="Int64" Name="connectivity" format="ascii">0 1 2</DataArray><DataArray type="Int64" Name="offsets" format="ascii">3</DataArray></Lines>
 <CellData><DataArray type="Float64" Name="radius" format="ascii">9 0.125</DataArray></CellData></Piece></PolyData></VTKFile>"#;

@@ -67,8 +67,12 @@ fn document(bytes: &[u8], draft: &mut Draft) -> Result<(), Fault> {
     // all arrays of a piece, by section and name
     let mut arrays: BTreeMap<(String, String), Vec<f64>> = BTreeMap::new();
     let mut array: Option<Array> = None;
+    // open elements inside the array: what they say of it is not its content
+    let mut inner = 0;
     while let Some(piece) = xml.next()? {
         match piece {
+            Piece::Open(_) if array.is_some() => inner += 1,
+            Piece::Close(_) if inner > 0 => inner -= 1,
             Piece::Open(tag) => match tag.name() {
                 "VTKFile" => form = self::form(&tag)?,
                 "Piece" => arrays.clear(),
@@ -77,7 +81,7 @@ fn document(bytes: &[u8], draft: &mut Draft) -> Result<(), Fault> {
                 _ => {}
             },
             Piece::Text(t) => {
-                if let Some(array) = &mut array {
+                if let Some(array) = array.as_mut().filter(|_| inner == 0) {
                     array.text.push_str(&t);
                 }
             }
