@@ -116,3 +116,19 @@ fn export_reads_files_as_users_have_them_and_writes_nothing_after_a_fault() {
     let (code, text, written) = run("a.vtu", &[]);
     assert!(code == Some(2) && !written && text.contains("document: found no elements"), "{text}");
 }
+
+#[test]
+fn a_name_comes_back_equal_from_the_step_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "a \"b\" 'c' \\ ../../etc/passwd größe 中 🦀";
+    let text = serde_json::json!({"name": name, "nodes": [[0, 0, 0], [9, 0, 0]], "struts": [{"a": 0, "b": 1, "ra": 1, "rb": 1}]}).to_string();
+    for (text, wanted) in [(&text, name), (&text.replace("etc", "\\u0001\\n"), &name.replace("etc", "")), (&r#"{"name":"\n ","nodes":[[0,0,0],[9,0,0]],"struts":[{"a":0,"b":1,"ra":1,"rb":1}]}"#.to_owned(), "rod")] {
+        let (input, output) = (folder.path().join("rod.json"), folder.path().join("rod.step"));
+        std::fs::write(&input, text).unwrap();
+        let out = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("export").arg(&input).arg("-o").arg(&output).output().unwrap();
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        let bytes = std::fs::read(&output).unwrap();
+        assert!(bytes.is_ascii());
+        assert_eq!(lattice_brep::step::readback::read_back(&bytes[..]).unwrap().products, [wanted]);
+    }
+}

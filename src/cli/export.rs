@@ -128,7 +128,7 @@ fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
 }
 
 pub fn run(args: &ExportArgs) -> Result<(), Error> {
-    let options = options(args)?;
+    let mut options = options(args)?;
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
@@ -143,6 +143,10 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         Some(bounds) => pipeline::crop(&imported.admit(Overlaps::Keep)?, bounds, overlaps)?,
         None => imported.admit(overlaps)?,
     };
+    let is_shown = |c: char| !c.is_control() && !c.is_whitespace();
+    if let Some(name) = lattice.name.as_ref().filter(|name| name.chars().any(is_shown)) {
+        options.step.product = name.clone();
+    }
     let progress = Bar::new(args.quiet);
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
