@@ -1,12 +1,13 @@
 //! `lattice-brep export`: arguments ▶ options ▶ pipeline ▶ file.
 
-use crate::cli::output;
+use crate::cli::{input, output};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lattice_brep::brep::Caps;
 use lattice_brep::error::{Error, Fault};
-use lattice_brep::graph::{self, check::Overlaps};
+use lattice_brep::graph::check::Overlaps;
+use lattice_brep::graph::import::{ImportOptions, RadiusRule, Units};
 use lattice_brep::node::Fairing;
 use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress};
@@ -21,11 +22,14 @@ use std::sync::Mutex;
   lattice-brep cell bcc --size 10 --repeat 2x2x2 --radius 0.5 -o bcc.json
   lattice-brep export bcc.json                       writes bcc.step
   lattice-brep export part.json -o part.step --report part.report.json
+  lattice-brep export printed.3mf --crop 0,0,0:30,30,30
+  lattice-brep export mesh.ele --radius-rule shortest/8 --units in
+  lattice-brep export lines.csv --radius-rule 0.5
   lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
 
 Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
-    /// Lattice graph, JSON form (see `lattice-brep schema`)
+    /// Lattice: JSON (see `lattice-brep schema`), 3MF, TetGen, Gmsh, VTK, VTU, LTCX, CSV pairs, OBJ lines or Abaqus beams, found by content
     input: PathBuf,
     /// STEP file to write [default: the input's name with .step]
     #[arg(short, long)]
@@ -62,6 +66,12 @@ pub struct ExportArgs {
     /// radii until cuts fit (the report says which)
     #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
     on_conflict: OnConflictArg,
+    /// Unit of the file's lengths, for formats that state none [default: mm]
+    #[arg(long, value_enum)]
+    units: Option<UnitsArg>,
+    /// Radius of struts to which the file gives none: `shortest/N`, the shortest strut's length divided by N, or a radius in mm
+    #[arg(long, value_name = "RULE")]
+    radius_rule: Option<RadiusRule>,
     /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
     #[arg(long)]
     time_stamp: Option<TimeStamp>,
@@ -104,6 +114,16 @@ enum OnConflictArg {
     Shrink,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum UnitsArg {
+    Um,
+    Mm,
+    Cm,
+    M,
+    In,
+    Ft,
+}
+
 fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
     let wanted = || format!("found `{text}`, wanted xmin,ymin,zmin:xmax,ymax,zmax in mm, each min below its max");
     let point = |part: &str| -> Option<DVec3> {
@@ -118,21 +138,25 @@ fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
 }
 
 pub fn run(args: &ExportArgs) -> Result<(), Error> {
-    let options = options(args)?;
+    let mut options = options(args)?;
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
-    let bytes = std::fs::read(&args.input).map_err(Error::io(&args.input))?;
     let overlaps = match args.overlaps {
         OverlapsArg::Refuse => Overlaps::Refuse,
         OverlapsArg::Keep => Overlaps::Keep,
     };
+    let imported = input::read(&args.input, &import_options(args))?;
     let lattice = match args.crop {
         // overlaps outside the box do not matter: they are judged after the crop
-        Some(bounds) => pipeline::crop(&graph::read_with(&bytes, Overlaps::Keep)?, bounds, overlaps)?,
-        None => graph::read_with(&bytes, overlaps)?,
+        Some(bounds) => pipeline::crop(&imported.admit(Overlaps::Keep)?, bounds, overlaps)?,
+        None => imported.admit(overlaps)?,
     };
+    let is_shown = |c: char| !c.is_control() && !c.is_whitespace();
+    if let Some(name) = lattice.name.as_ref().filter(|name| name.chars().any(is_shown)) {
+        options.step.product = name.clone();
+    }
     let progress = Bar::new(args.quiet);
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
@@ -147,6 +171,18 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         eprint!("{}", summary(&solved.report, &output));
     }
     Ok(())
+}
+
+fn import_options(args: &ExportArgs) -> ImportOptions {
+    let unit = args.units.map(|unit| match unit {
+        UnitsArg::Um => Units::Um,
+        UnitsArg::Mm => Units::Mm,
+        UnitsArg::Cm => Units::Cm,
+        UnitsArg::M => Units::M,
+        UnitsArg::In => Units::In,
+        UnitsArg::Ft => Units::Ft,
+    });
+    ImportOptions { radius_rule: args.radius_rule, unit }
 }
 
 fn options(args: &ExportArgs) -> Result<Options, Error> {

@@ -3,5 +3,6 @@
 pub mod cell;
 pub mod check;
 pub mod export;
+pub mod input;
 pub mod output;
 pub mod schema;

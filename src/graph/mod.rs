@@ -1,6 +1,6 @@
-//! Graph layer: `text ▶ Graph`. Readers, unit cells, and checks that return all faults.
+//! Graph layer: `bytes ▶ Graph`. Readers, unit cells, and checks that return all faults.
 //!
-//! In: the JSON form (`json`), or the name of a unit cell (`catalogue`). Out: a `Graph` in mm that has passed `check`:
+//! In: a file of any format that `import` knows (`json` is our own form), or the name of a unit cell (`catalogue`). Out: a `Graph` in mm that has passed `check`:
 //! at least one strut, all ends in range, no two nodes in one place, no two struts between the same nodes,
 //! and no two struts closer than their radii except where they share a node.
 //! Ids are the positions in the input, so a node without struts keeps its id: skip nodes of degree 0.
@@ -10,6 +10,7 @@ pub mod catalogue;
 pub mod check;
 pub mod components;
 pub mod crop;
+pub mod import;
 pub mod json;
 pub mod proximity;
 

@@ -1,0 +1,27 @@
+//! Opens lattice files: the bytes of a file, and of those that differ from it by their extension alone.
+
+use lattice_brep::error::{Error, Fault};
+use lattice_brep::graph::import::{self, FILE_BYTES, ImportOptions, Imported, Source};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Read a lattice in any format that `graph::import` knows.
+pub fn read(path: &Path, options: &ImportOptions) -> Result<Imported, Error> {
+    let too_large = || Error::BadInput(vec![Fault::new("document", format!("more than {FILE_BYTES} bytes"), "a smaller file")]);
+    let bytes = bytes(path).map_err(Error::io(path))?.ok_or_else(too_large)?;
+    let sibling = |extension: &str| bytes_beside(path, extension);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(import::read(&Source { name: &name, bytes: &bytes, sibling: &sibling }, options))
+}
+
+fn bytes_beside(path: &Path, extension: &str) -> Option<Vec<u8>> {
+    bytes(&path.with_extension(extension)).ok().flatten()
+}
+
+/// The whole file; `None` if it is larger than any reader takes.
+fn bytes(path: &Path) -> io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(FILE_BYTES + 1).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= FILE_BYTES).then_some(bytes))
+}
