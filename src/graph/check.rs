@@ -1,7 +1,7 @@
 //! Checks of a graph's content. Each checker looks at one invariant and lists all its faults.
 //! A later checker passes over what an earlier one has refused, so that one fault is not told twice.
 
-use super::proximity::{self, Capsule, NearMiss};
+use super::proximity::{self, Body, NearMiss};
 use super::{Graph, Input, Lattice, Strut};
 use crate::error::{Error, Fault, Note};
 use crate::ids::{NodeId, StrutId};
@@ -70,7 +70,7 @@ fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
     radii(&input.struts, &mut faults);
     equal_radii(input, &mut faults);
     resolution(input, &mut faults);
-    let misses = proximity::among(&capsules(input, &place));
+    let misses = proximity::among(&bodies(input, &place));
     (faults, misses)
 }
 
@@ -251,12 +251,12 @@ fn resolution(input: &Input, faults: &mut Vec<Fault>) {
 }
 
 /// The struts that have a place, a length and a radius.
-fn capsules(input: &Input, place: &[u32]) -> Vec<Capsule> {
+fn bodies(input: &Input, place: &[u32]) -> Vec<Body> {
     let sound = |(k, s): (usize, &Strut)| {
         let (p, q) = (*input.nodes.get(s.a.index())?, *input.nodes.get(s.b.index())?);
         let ends = [place[s.a.index()], place[s.b.index()]];
         let whole = is_usable(p) && is_usable(q) && ends[0] != ends[1] && is_radius(s.ra) && is_radius(s.rb);
-        whole.then(|| Capsule { strut: StrutId(k as u32), ends, p, q, radius: s.ra.max(s.rb) })
+        whole.then(|| Body { strut: StrutId(k as u32), ends, p, q, radii: [s.ra, s.rb] })
     };
     input.struts.iter().enumerate().filter_map(sound).collect()
 }
