@@ -112,6 +112,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         },
         rungs,
         changes: lattice.notes.clone(),
+        repairs: Vec::new(), // made before the checks: for the caller to add
         bytes: 0,
         stages: clock.stages,
     };

@@ -1,6 +1,7 @@
 //! What a run found and made, for people and for programs. Lengths in mm unless a name says otherwise.
 
 use crate::error::Note;
+use crate::graph::repair::Repair;
 use crate::ids::NodeId;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -18,6 +19,8 @@ pub struct Report {
     pub rungs: Rungs,
     /// Everything changed in the input or left out of it.
     pub changes: Vec<Note>,
+    /// The repairs that were asked for, in the order they were made, with all that is needed to take them back.
+    pub repairs: Vec<Repair>,
     /// Size of the STEP text.
     pub bytes: u64,
     pub stages: Vec<StageTime>,

@@ -1,12 +1,14 @@
 //! `lattice-brep export`: arguments ▶ options ▶ pipeline ▶ file.
 
 use crate::cli::output;
+use crate::cli::repair::RepairFlags;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lattice_brep::brep::Caps;
 use lattice_brep::error::{Error, Fault};
-use lattice_brep::graph::{self, check::Overlaps};
+use lattice_brep::graph::check::{Overlaps, admit};
+use lattice_brep::graph::repair::{Repair, Repaired};
 use lattice_brep::node::Fairing;
 use lattice_brep::options::Options;
 use lattice_brep::pipeline::{self, Progress};
@@ -22,6 +24,7 @@ use std::sync::Mutex;
   lattice-brep export bcc.json                       writes bcc.step
   lattice-brep export part.json -o part.step --report part.report.json
   lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
+  lattice-brep export mesh.json --weld 0.001 --collapse-chains --report mesh.report.json
 
 Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
@@ -58,6 +61,8 @@ pub struct ExportArgs {
     /// itself there, and the report says where)
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
+    #[command(flatten)]
+    repair: RepairFlags,
     /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
     #[arg(long)]
     time_stamp: Option<TimeStamp>,
@@ -113,18 +118,20 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
-    let bytes = std::fs::read(&args.input).map_err(Error::io(&args.input))?;
     let overlaps = match args.overlaps {
         OverlapsArg::Refuse => Overlaps::Refuse,
         OverlapsArg::Keep => Overlaps::Keep,
     };
-    let lattice = match args.crop {
+    let (Repaired { input, repairs }, faults) = args.repair.read(&args.input, args.quiet)?;
+    let mut lattice = match args.crop {
         // overlaps outside the box do not matter: they are judged after the crop
-        Some(bounds) => pipeline::crop(&graph::read_with(&bytes, Overlaps::Keep)?, bounds, overlaps)?,
-        None => graph::read_with(&bytes, overlaps)?,
+        Some(bounds) => pipeline::crop(&admit(input, faults, Overlaps::Keep)?, bounds, overlaps)?,
+        None => admit(input, faults, overlaps)?,
     };
+    lattice.notes.splice(0..0, repairs.iter().map(Repair::note));
     let progress = Bar::new(args.quiet);
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
+    solved.report.repairs = repairs;
     output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
     progress.finish();
     if let Some(path) = &args.report {

@@ -3,5 +3,7 @@
 pub mod cell;
 pub mod check;
 pub mod export;
+pub mod inspect;
 pub mod output;
+pub mod repair;
 pub mod schema;

@@ -12,6 +12,7 @@ pub mod components;
 pub mod crop;
 pub mod json;
 pub mod proximity;
+pub mod repair;
 
 use crate::error::{Error, Note};
 use crate::ids::{NodeId, StrutId};

@@ -25,7 +25,7 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use rayon::prelude::*;
 
 /// Struts closer than the sum of their radii times one plus this touch (relative). Reason: round-off of the distance. Guessed.
-const TOUCHING: f64 = 1e-9;
+pub const TOUCHING: f64 = 1e-9;
 
 /// The body of a strut: a segment with a radius at each end (mm).
 #[derive(Clone, Copy, Debug)]
