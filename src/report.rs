@@ -12,6 +12,8 @@ pub struct Report {
     /// Program and version.
     pub program: String,
     pub counts: Counts,
+    /// One for each connected part, in the order of the file.
+    pub solids: Vec<Solid>,
     pub volume_mm3: f64,
     pub area_mm2: f64,
     pub centroid_mm: [f64; 3],
@@ -47,6 +49,18 @@ pub struct Counts {
     pub components: usize,
     /// Sum of the solids' genera: struts - nodes + components.
     pub genus: i64,
+}
+
+/// One solid: a connected part of the lattice.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Solid {
+    /// The smallest of its nodes' ids.
+    pub first_node: NodeId,
+    pub nodes: usize,
+    pub struts: usize,
+    /// Independent loops of struts.
+    pub genus: i64,
+    pub volume_mm3: f64,
 }
 
 /// A figure and where it was found.

@@ -58,7 +58,7 @@ fn surface(b: &Body) -> (Vec<DVec3>, f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(96))]
 
     #[test]
     fn cone_distance_agrees_with_sampled_surfaces(ends in prop::array::uniform4(point()), r in prop::array::uniform4(0.05..3.0f64)) {

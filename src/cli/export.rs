@@ -1,7 +1,7 @@
 //! `lattice-brep export`: arguments ▶ options ▶ pipeline ▶ file.
 
 use crate::cli::output;
-use crate::cli::repair::RepairFlags;
+use crate::cli::repair::{Imported, RepairFlags, read};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -122,7 +122,8 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         OverlapsArg::Refuse => Overlaps::Refuse,
         OverlapsArg::Keep => Overlaps::Keep,
     };
-    let (Repaired { input, repairs }, faults) = args.repair.read(&args.input, args.quiet)?;
+    let Imported { input, faults, .. } = read(&args.input)?;
+    let Repaired { input, repairs } = args.repair.apply(input, &faults, args.quiet);
     let mut lattice = match args.crop {
         // overlaps outside the box do not matter: they are judged after the crop
         Some(bounds) => pipeline::crop(&admit(input, faults, Overlaps::Keep)?, bounds, overlaps)?,

@@ -1,10 +1,11 @@
 //! `lattice-brep inspect FILE`: what is in a lattice and what export would do, for people or for programs.
 
 use super::output;
-use super::repair::RepairFlags;
+use super::repair::{Imported, RepairFlags, read};
 use lattice_brep::error::Error;
 use lattice_brep::inspect::{Class, Inspection, Spread, inspect};
 use lattice_brep::options::Options;
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
@@ -30,8 +31,9 @@ pub struct InspectArgs {
 }
 
 pub fn run(args: &InspectArgs) -> Result<(), Error> {
-    let (repaired, faults) = args.repair.read(&args.input, false)?;
-    let found = inspect(&repaired.input, "JSON lattice graph", faults, &Options::default());
+    let Imported { format, input, faults } = read(&args.input)?;
+    let repaired = args.repair.apply(input, &faults, args.json);
+    let found = inspect(&repaired.input, format, faults, &Options::default());
     output::write(None, |out| {
         if args.json {
             serde_json::to_writer_pretty(&mut *out, &found)?;
@@ -62,10 +64,17 @@ impl Display for Page<'_> {
         line(f, "lengths", &range(&i.lengths, " mm"))?;
         line(f, "length / r", &format!("{}{}", range(&i.slenderness, ""), histogram(&i.slenderness_classes, "")))?;
         line(f, "degrees", &i.degrees.iter().map(|d| format!("{}: {}", d.degree, d.nodes)).collect::<Vec<_>>().join("  "))?;
-        line(f, "least angle", &format!("{} at nodes{}", range(&i.angles, "°"), histogram(&i.angle_classes, "°")))?;
+        line(f, "angles", &format!("{}; of each node the smallest{}", range(&i.angles, "°"), histogram(&i.angle_classes, "°")))?;
         let parts = i.components.iter().map(|c| format!("{} struts, {} nodes, {} loops, from nodes[{}]", c.struts, c.nodes, c.loops, c.first_node.0));
         list(f, "parts", parts)?;
+        let most = i.faults.iter().fold(BTreeMap::<&str, usize>::new(), |mut counts, fault| {
+            *counts.entry(&fault.wanted).or_default() += 1;
+            counts
+        });
         list(f, "faults", i.faults.iter().map(ToString::to_string))?;
+        if let Some((wanted, count)) = most.iter().max_by_key(|x| *x.1).filter(|_| i.faults.len() > MOST_SHOWN) {
+            line(f, "", &format!("{count} of them: wanted {wanted}"))?;
+        }
         let cuts = i.cut_conflicts.iter().map(|c| {
             let [a, b] = c.cuts.map(number);
             format!("struts[{}]: {a} mm at nodes[{}] and {b} mm at nodes[{}], on a length of {} mm", c.strut.0, c.a.0, c.b.0, number(c.length))
@@ -78,8 +87,9 @@ impl Display for Page<'_> {
             });
             list(f, title, text)?;
         }
-        let (c, l) = (i.repairs.chain_nodes, &i.repairs);
-        line(f, "repairs", &format!("--collapse-chains removes {c} nodes; --drop-loose {} struts and {} nodes", l.loose_struts, l.loose_nodes))?;
+        let r = &i.repairs;
+        let chains = format!("--collapse-chains removes {} nodes", r.chain_nodes);
+        line(f, "repairs", &format!("{chains}; --drop-loose {} struts and {} nodes", r.loose_struts, r.loose_nodes))?;
         let verdict = if i.export.accepted { "would build" } else { "would refuse:" };
         line(f, "export", &format!("{verdict} {}", i.export.reasons.join("; ")))?;
         let e = &i.estimate;

@@ -26,20 +26,34 @@ pub struct RepairFlags {
     collapse_chains: Option<f64>,
 }
 
+/// What a file says, unchecked.
+pub struct Imported {
+    /// The form of the file.
+    pub format: &'static str,
+    pub input: Input,
+    /// Faults of form.
+    pub faults: Vec<Fault>,
+}
+
+/// Read a lattice.
+pub fn read(path: &Path) -> Result<Imported, Error> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let (input, faults) = json::read(&bytes);
+    Ok(Imported { format: "JSON lattice graph", input, faults })
+}
+
 impl RepairFlags {
-    /// Read a lattice and make the repairs; with faults of form none of them, so that paths mean what they say in the file.
-    pub fn read(&self, path: &Path, quiet: bool) -> Result<(Repaired, Vec<Fault>), Error> {
-        let bytes = std::fs::read(path).map_err(Error::io(path))?;
-        let (input, faults) = json::read(&bytes);
+    /// Make the repairs; with faults of form none of them, so that paths mean what they say in the file.
+    pub fn apply(&self, input: Input, faults: &[Fault], quiet: bool) -> Repaired {
         if !faults.is_empty() {
-            return Ok((Repaired { input, repairs: Vec::new() }, faults));
+            return Repaired { input, repairs: Vec::new() };
         }
         let wanted = Wanted { weld: self.weld, drop_loose: self.drop_loose, collapse_chains: self.collapse_chains };
         let repaired = repair::repair(input, &wanted);
         if !quiet {
             print_repairs(&repaired.repairs);
         }
-        Ok((repaired, faults))
+        repaired
     }
 }
 
@@ -92,7 +106,8 @@ struct Record {
 }
 
 pub fn run(args: &RepairArgs) -> Result<(), Error> {
-    let (mut repaired, faults) = args.repair.read(&args.input, args.quiet)?;
+    let Imported { input, faults, .. } = read(&args.input)?;
+    let mut repaired = args.repair.apply(input, &faults, args.quiet);
     Error::unless_empty(faults)?;
     if args.merge {
         let conflicts = inspect::conflicts(Options::default());
