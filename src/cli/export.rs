@@ -61,8 +61,6 @@ pub struct ExportArgs {
     /// itself there, and the report says where)
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
-    #[command(flatten)]
-    repair: RepairFlags,
     /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
     #[arg(long)]
     time_stamp: Option<TimeStamp>,
@@ -72,6 +70,8 @@ pub struct ExportArgs {
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    repair: RepairFlags,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -86,6 +86,9 @@ pub struct RepairArgs {
     /// Take back the repairs in this record, of `repair --report` or `export --report`
     #[arg(long, value_name = "REPORT", conflicts_with_all = ["weld", "drop_loose", "collapse_chains", "merge"])]
     undo: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
     #[command(flatten)]
     repair: RepairFlags,
     /// Nodes whose cuts do not fit on the strut between them become one, as do struts at a node closer than --merge-angle
@@ -94,9 +97,6 @@ pub struct RepairArgs {
     /// Angle for --merge, degrees: 0 to below 60
     #[arg(long, value_name = "DEGREES", default_value_t = merge::MERGE_ANGLE, requires = "merge", value_parser = angle)]
     merge_angle: f64,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    quiet: bool,
 }
 
 /// The part of a report that `--undo` reads.

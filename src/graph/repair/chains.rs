@@ -1,9 +1,10 @@
 //! Collapse chains: straight runs of struts through nodes of degree 2, as finite-element programs write them, become one strut.
 //!
 //! A chain runs between two nodes of other degree, or round a ring of its own. It is simplified as Douglas and Peucker do (1973): a
-//! piece becomes one strut if every node between its ends lies within δ of that strut's axis, in order along it, and both radii there
-//! are within δ of the strut's own; else it is parted at the node that is furthest off. So the axis and the surface move by at most
-//! δ, radii equal or linear along the piece stay so, and corners stay. A piece stays as it is where a strut joins its ends already.
+//! piece becomes one strut if at every node between its ends the distance from that strut's axis and the difference from its
+//! radius there together are at most δ, in order along it; else it is parted at the node that is furthest off. So the surface moves by
+//! at most δ (to first order in the angles), radii equal or linear along the piece stay so, and corners stay. A piece stays as it is
+//! where a strut joins its ends already.
 //! Nodes with a strut that is not sound (out of range, not finite) count as ends.
 
 use super::record::{Draft, Fate, Repair, Step, Why};
@@ -160,7 +161,7 @@ impl Chain {
             let t = if along.is_finite() { along.clamp(0.0, 1.0) } else { 0.0 };
             let wanted = ra + t * (rb - ra);
             let off_radius = (self.links[m - 1].radii[1] - wanted).abs().max((self.links[m].radii[0] - wanted).abs());
-            let off = if t < passed { f64::INFINITY } else { off_radius.max(place(m).distance(p + t * u)) };
+            let off = if t < passed { f64::INFINITY } else { off_radius + place(m).distance(p + t * u) };
             passed = t;
             if worst.is_none_or(|(_, most)| off > most) {
                 worst = Some((m, off));

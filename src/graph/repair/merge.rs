@@ -64,14 +64,12 @@ impl State<'_> {
             }
             touched.extend([p.near, p.far]);
             let (near, far) = (graph.struts()[p.near.index()], graph.struts()[p.far.index()]);
-            let ((n, c), (b, r_n, r_b)) = (ends_from(&near, p.node), if far.a == p.node { (far.b, far.ra, far.rb) } else { (far.a, far.rb, far.ra) });
+            let ((c, near_n, near_c), (b, r_n, r_b)) = (seen(&near, p.node), seen(&far, p.node));
             let t = p.angle.cos() * graph.length(p.near) / graph.length(p.far);
             let r_c = r_n + t * (r_b - r_n);
-            let (wide_n, wide_c) = if near.a == n { (near.ra.max(r_n), near.rb.max(r_c)) } else { (near.rb.max(r_n), near.ra.max(r_c)) };
-            let widened = if near.a == n { Strut { ra: wide_n, rb: wide_c, ..near } } else { Strut { ra: wide_c, rb: wide_n, ..near } };
-            let rerouted = if far.a == n { Strut { a: c, b, ra: r_c, rb: r_b } } else { Strut { a: b, b: c, ra: r_b, rb: r_c } };
+            let widened = laid(&near, p.node, [p.node, c], [near_n.max(r_n), near_c.max(r_c)]);
             self.draft.fates[ids[p.near.index()]] = Fate::Stays(widened);
-            self.draft.fates[ids[p.far.index()]] = Fate::Stays(rerouted);
+            self.draft.fates[ids[p.far.index()]] = Fate::Stays(laid(&far, p.node, [c, b], [r_c, r_b]));
         }
         self.draft.drop_loops_and_twins();
         !pairs.is_empty()
@@ -108,9 +106,14 @@ struct ClosePair {
     far: StrutId,
 }
 
-/// The node, and the other end of its strut.
-fn ends_from(s: &Strut, node: NodeId) -> (NodeId, NodeId) {
-    (node, if s.a == node { s.b } else { s.a })
+/// A strut seen from one of its nodes: the other node, and the radii here and there.
+fn seen(s: &Strut, node: NodeId) -> (NodeId, f64, f64) {
+    if s.a == node { (s.b, s.ra, s.rb) } else { (s.a, s.rb, s.ra) }
+}
+
+/// The strut with other ends and radii, given as seen from this node of its own, in its own direction.
+fn laid(s: &Strut, node: NodeId, [from, to]: [NodeId; 2], [r_from, r_to]: [f64; 2]) -> Strut {
+    if s.a == node { Strut { a: from, b: to, ra: r_from, rb: r_to } } else { Strut { a: to, b: from, ra: r_to, rb: r_from } }
 }
 
 /// All pairs of struts at one node closer than the limit (radians).

@@ -99,8 +99,9 @@ impl Repair {
             Step::Merge => ("merge", format!("{}°", self.limit)),
         };
         let (nodes, struts) = (gone(self.before.nodes, self.after.nodes), gone(self.before.struts, self.after.struts));
-        let farthest = self.nodes.iter().filter_map(|n| n.moved).fold(0.0, f64::max);
-        Note::new("document", format!("{what} ({limit}): {nodes} nodes and {struts} struts fewer, the farthest node moved by {farthest:.6} mm"))
+        let farthest = self.nodes.iter().filter_map(|n| n.moved).reduce(f64::max);
+        let moved = farthest.map_or(String::new(), |by| format!(", the farthest node moved by {by:.6} mm"));
+        Note::new("document", format!("{what} ({limit}): {nodes} nodes and {struts} struts fewer{moved}"))
     }
 
     /// The ids before of the nodes and struts after.
