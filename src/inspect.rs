@@ -4,7 +4,7 @@
 //! finite. So a faulty lattice is described as far as it can be, and its faults are listed beside.
 
 use crate::error::Fault;
-use crate::graph::components::{ComponentId, components};
+use crate::graph::components::{ComponentId, ComponentSize, components};
 use crate::graph::proximity::{self, NearMiss, TOUCHING};
 use crate::graph::repair::merge::Conflict;
 use crate::graph::repair::{self, chains, loose};
@@ -300,7 +300,8 @@ fn smallest_angles(graph: &Graph) -> Vec<(f64, NodeId)> {
 
 fn listed(graph: &Graph) -> Vec<Component> {
     let parts = components(graph);
-    let mut list: Vec<Component> = parts.sizes.iter().map(|s| Component { nodes: s.nodes, struts: s.struts, loops: s.genus(), first_node: NodeId(u32::MAX) }).collect();
+    let part = |s: &ComponentSize| Component { nodes: s.nodes, struts: s.struts, loops: s.genus(), first_node: NodeId(u32::MAX) };
+    let mut list: Vec<Component> = parts.sizes.iter().map(part).collect();
     for (n, part) in parts.of_node.iter().enumerate() {
         if let Some(ComponentId(part)) = part {
             let first = &mut list[*part as usize].first_node;
