@@ -7,6 +7,7 @@ pub mod cuts;
 pub mod error;
 pub mod graph;
 pub mod ids;
+pub mod inspect;
 pub mod ladder;
 pub mod math;
 pub mod node;

@@ -21,6 +21,8 @@ enum Command {
     Cell(cli::cell::CellArgs),
     Check(cli::check::CheckArgs),
     Export(cli::export::ExportArgs),
+    Inspect(cli::inspect::InspectArgs),
+    Repair(cli::repair::RepairArgs),
     Schema(cli::schema::SchemaArgs),
 }
 
@@ -29,6 +31,8 @@ fn main() -> ExitCode {
         Command::Cell(args) => cli::cell::run(&args),
         Command::Check(args) => cli::check::run(&args),
         Command::Export(args) => cli::export::run(&args),
+        Command::Inspect(args) => cli::inspect::run(&args),
+        Command::Repair(args) => cli::repair::run(&args),
         Command::Schema(args) => cli::schema::run(&args),
     };
     match result {

@@ -11,7 +11,7 @@ use crate::ladder::{self, Built, Degrees, Rung};
 use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
 use crate::patch::Skin;
-use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, StageTime, Worst};
+use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
 use crate::step;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -27,6 +27,8 @@ const MOST_INNER_JUMP: f64 = 0.1;
 
 /// Largest gap that may be written, in strut radii. The construction leaves round-off.
 const MOST_GAP: f64 = 1e-9;
+/// Gap that may be written besides, in steps of the doubles at the largest coordinate. Measured: below one step 1e6 mm from the origin.
+const GAP_STEPS: f64 = 4.0;
 
 /// Told about progress, from any thread.
 pub trait Progress: Sync {
@@ -86,20 +88,24 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let rungs = rungs(graph, &facts_of_nodes);
     let sharp: Vec<NodeId> = rungs.sharp.iter().map(|l| l.node).collect();
     let radius = graph.struts().iter().map(|s| s.ra.max(s.rb)).fold(0.0, f64::max);
+    let reach = graph.nodes().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let most_gap = MOST_GAP * radius + GAP_STEPS * f64::EPSILON * reach;
     let quality = clock.time("checks", || {
         brep::check_topology(&model).map_err(internal)?;
         let quality = brep::quality(&model, CHECK_SAMPLES, &sharp);
-        let limits = QualityLimits { rim_jump_deg: MOST_RIM_JUMP, inner_jump_deg: MOST_INNER_JUMP, gap_mm: MOST_GAP * radius, facing: 0.0 };
+        let limits = QualityLimits { rim_jump_deg: MOST_RIM_JUMP, inner_jump_deg: MOST_INNER_JUMP, gap_mm: most_gap, facing: 0.0 };
         quality.check(&limits).map_err(internal)?;
         Ok(quality)
     })?;
     let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
+    let solids = model.solids.iter().zip(&measures).map(|(solid, m)| solid_facts(solid, m)).collect();
     let measure = brep::measure_total(measures.into_iter());
     let worst = |w: &brep::Worst| Worst { value: w.value, place: w.to_string() };
     let fit = fit_facts(&facts_of_nodes, options.tolerance);
     let report = Report {
         program: concat!("lattice-brep ", env!("CARGO_PKG_VERSION")).into(),
         counts: counts(&model),
+        solids,
         volume_mm3: measure.volume,
         area_mm2: measure.area,
         centroid_mm: measure.centroid.to_array(),
@@ -115,6 +121,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         rungs,
         cuts: cuts_report(&cuts, &shrunk),
         changes: lattice.notes.clone(),
+        repairs: Vec::new(), // made before the checks: for the caller to add
         bytes: 0,
         stages: clock.stages,
     };
@@ -251,6 +258,11 @@ fn rungs(graph: &Graph, facts: &[Option<NodeFacts>]) -> Rungs {
         }
     }
     rungs
+}
+
+fn solid_facts(solid: &brep::Solid, measure: &brep::Measure) -> Solid {
+    let (nodes, struts) = (solid.nodes.len(), solid.struts.len());
+    Solid { first_node: solid.nodes[0], nodes, struts, genus: struts as i64 - nodes as i64 + 1, volume_mm3: measure.volume }
 }
 
 struct FitFacts {

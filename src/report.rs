@@ -1,6 +1,7 @@
 //! What a run found and made, for people and for programs. Lengths in mm unless a name says otherwise.
 
 use crate::error::Note;
+use crate::graph::repair::Repair;
 use crate::ids::{NodeId, StrutId};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -11,6 +12,8 @@ pub struct Report {
     /// Program and version.
     pub program: String,
     pub counts: Counts,
+    /// One for each connected part, in the order of the file.
+    pub solids: Vec<Solid>,
     pub volume_mm3: f64,
     pub area_mm2: f64,
     pub centroid_mm: [f64; 3],
@@ -19,6 +22,8 @@ pub struct Report {
     pub cuts: Cuts,
     /// Everything changed in the input or left out of it.
     pub changes: Vec<Note>,
+    /// The repairs that were asked for, in the order they were made, with all that is needed to take them back.
+    pub repairs: Vec<Repair>,
     /// Size of the STEP text.
     pub bytes: u64,
     pub stages: Vec<StageTime>,
@@ -47,6 +52,18 @@ pub struct Counts {
     pub components: usize,
     /// Sum of the solids' genera: struts - nodes + components.
     pub genus: i64,
+}
+
+/// One solid: a connected part of the lattice.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Solid {
+    /// The smallest of its nodes' ids.
+    pub first_node: NodeId,
+    pub nodes: usize,
+    pub struts: usize,
+    /// Independent loops of struts.
+    pub genus: i64,
+    pub volume_mm3: f64,
 }
 
 /// A figure and where it was found.

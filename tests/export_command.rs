@@ -181,7 +181,16 @@ fn two_parts_become_two_solids_in_one_file() {
         "two.json",
         r#"{"units":"mm","nodes":[[0,0,0],[10,0,0],[0,0,20],[10,0,20]],"struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":2,"b":3,"ra":0.5,"rb":0.5}]}"#,
     );
-    let run = export(&graph, &[]);
+    let report = folder.path("r.json");
+    let run = export(&graph, &["--report", report.to_str().unwrap()]);
     assert!(run.status.success(), "{}", stderr(&run));
     assert!(stderr(&run).contains("2 solids"), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    let solids = report["solids"].as_array().unwrap();
+    for (solid, (first_node, radius)) in solids.iter().zip([(0, 1.0), (2, 0.5f64)]) {
+        assert_eq!((solid["first_node"].as_u64(), solid["nodes"].as_u64(), solid["struts"].as_u64()), (Some(first_node), Some(2), Some(1)));
+        let volume = 10.0 * std::f64::consts::PI * radius.powi(2);
+        assert!((solid["volume_mm3"].as_f64().unwrap() / volume - 1.0).abs() < 1e-9);
+    }
+    assert_eq!(solids.len(), 2);
 }

@@ -143,3 +143,17 @@ fn cut_ends_lie_on_a_face_or_mid_strut_and_have_one_strut() {
         assert!(line(new, &c.graph).distance(line(&graph.struts()[old.index()], &graph)) < 1e-12);
     }
 }
+
+#[test]
+fn tapered_strut_has_at_the_cut_the_radius_it_has_there() {
+    let cone = |a: u32, b: u32, ra: f64, rb: f64| {
+        let graph = Graph::new(vec![DVec3::ZERO, DVec3::X * 20.0], vec![Strut { a: NodeId(a), b: NodeId(b), ra, rb }]);
+        crop(&graph, DVec3::splat(-5.0), dvec3(8.0, 5.0, 5.0)).graph
+    };
+    // from 1 to 0.5 over 20 mm: 0.8 at 8 mm
+    let cut = cone(0, 1, 1.0, 0.5);
+    assert_eq!((cut.nodes()[1], cut.struts()), (DVec3::X * 8.0, &[Strut { a: NodeId(0), b: NodeId(1), ra: 1.0, rb: 0.8 }][..]));
+    let turned = cone(1, 0, 0.5, 1.0);
+    assert!((turned.nodes()[1] - DVec3::X * 8.0).length() < 1e-14 && (turned.struts()[0].ra - 0.8).abs() < 1e-15);
+    assert_eq!((turned.struts()[0].a, turned.struts()[0].b, turned.struts()[0].rb), (NodeId(1), NodeId(0), 1.0));
+}

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, dvec3};
 use lattice_brep::graph::catalogue::{Cell, generate};
-use lattice_brep::graph::proximity::{closest_points, near_misses};
+use lattice_brep::graph::proximity::{Body, bodies, closest_points, gap, near_misses, within};
 use lattice_brep::graph::{Graph, Strut};
 use lattice_brep::ids::{NodeId, StrutId};
 use proptest::prelude::*;
@@ -15,6 +15,101 @@ fn point() -> impl Strategy<Value = DVec3> {
 fn sampled(a: [DVec3; 2], b: [DVec3; 2]) -> f64 {
     let on = |s: [DVec3; 2], k: u32| s[0].lerp(s[1], f64::from(k) / 200.0);
     (0..=200).flat_map(|i| (0..=200).map(move |j| (i, j))).map(|(i, j)| on(a, i).distance(on(b, j))).fold(f64::INFINITY, f64::min)
+}
+
+/// A strut from `p` to `q` for `gap`.
+fn body(p: DVec3, q: DVec3, radii: [f64; 2]) -> Body {
+    Body { strut: StrutId(0), ends: [0, 1], p, q, radii }
+}
+
+/// Distance (mm) from `x` to the truncated cone and its two node balls, below zero inside one of them: plane geometry in the
+/// half plane of (along the axis, away from it), nothing of the balls that `gap` works with.
+fn distance_to(b: &Body, x: DVec3) -> f64 {
+    let (axis, length) = ((b.q - b.p).normalize(), b.p.distance(b.q));
+    let (z, h) = (axis.dot(x - b.p), (x - b.p).reject_from(axis).length());
+    let [ra, rb] = b.radii;
+    let corners = [[0.0, 0.0], [0.0, ra], [length, rb], [length, 0.0]];
+    let side = |[[z0, h0], [z1, h1]]: [[f64; 2]; 2]| {
+        let t = (((z - z0) * (z1 - z0) + (h - h0) * (h1 - h0)) / ((z1 - z0).powi(2) + (h1 - h0).powi(2))).clamp(0.0, 1.0);
+        (z - z0 - t * (z1 - z0)).hypot(h - h0 - t * (h1 - h0))
+    };
+    let nearest = corners.windows(2).map(|w| side([w[0], w[1]])).fold(f64::INFINITY, f64::min);
+    let inside = z >= 0.0 && z <= length && h <= ra + (rb - ra) * z / length;
+    let cone = if inside { -nearest } else { nearest };
+    cone.min(x.distance(b.p) - ra).min(x.distance(b.q) - rb)
+}
+
+/// Points on the surface of the truncated cone and its node balls, and the largest distance between neighbours (mm).
+fn surface(b: &Body) -> (Vec<DVec3>, f64) {
+    const STEPS: u32 = 48;
+    let axis = (b.q - b.p).normalize();
+    let (e, f) = axis.any_orthonormal_pair();
+    let turn = |k: u32| f64::from(k) / f64::from(STEPS) * std::f64::consts::TAU;
+    let mut points = vec![];
+    for (i, j) in (0..=STEPS).flat_map(|i| (0..STEPS).map(move |j| (i, j))) {
+        let (s, (sin, cos)) = (f64::from(i) / f64::from(STEPS), turn(j).sin_cos());
+        let out = cos * e + sin * f;
+        points.push(b.p.lerp(b.q, s) + (b.radii[0] + s * (b.radii[1] - b.radii[0])) * out);
+        let (up, flat) = (0.5 * turn(i)).sin_cos();
+        points.extend([b.p, b.q].iter().zip(b.radii).map(|(&c, r)| c + r * (flat * axis + up * out)));
+    }
+    let largest = b.radii[0].max(b.radii[1]);
+    (points, (b.p.distance(b.q) + 4.0 * std::f64::consts::PI * largest) / f64::from(STEPS))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn cone_distance_agrees_with_sampled_surfaces(ends in prop::array::uniform4(point()), r in prop::array::uniform4(0.05..3.0f64)) {
+        let (a, b) = (body(ends[0], ends[1], [r[0], r[1]]), body(ends[2], ends[3], [r[2], r[3]]));
+        let exact = gap(&a, &b).clearance();
+        prop_assert!((exact - gap(&b, &a).clearance()).abs() < 1e-12);
+        for (one, other) in [(&a, &b), (&b, &a)] {
+            let (points, step) = surface(other);
+            let sampled = points.iter().map(|&x| distance_to(one, x)).fold(f64::INFINITY, f64::min);
+            if exact > 0.0 {
+                prop_assert!(exact <= sampled + 1e-9 && sampled <= exact + step, "{exact} against {sampled}");
+            } else {
+                prop_assert!(sampled <= step, "crossing by {exact}, yet {sampled} apart");
+            }
+        }
+    }
+
+    #[test]
+    fn tree_agrees_with_comparing_all_pairs_of_cones(nodes in prop::collection::vec(point(), 60), ends in prop::collection::vec((0..60u32, 0..60u32, 0.01..0.6f64, 0.01..0.6f64), 150), margin in 0.0..0.5f64) {
+        let ends = ends.into_iter().filter(|(a, b, ..)| a != b);
+        let graph = Graph::new(nodes, ends.map(|(a, b, ra, rb)| Strut { a: NodeId(a), b: NodeId(b), ra, rb }).collect());
+        let all = bodies(&graph);
+        let mut expected = Vec::new();
+        for (k, t) in all.iter().enumerate() {
+            for s in &all[..k] {
+                let g = gap(s, t);
+                let distance = g.points[0].distance(g.points[1]);
+                if !s.ends.iter().any(|e| t.ends.contains(e)) && distance <= g.radii * (1.0 + margin) {
+                    expected.push((s.strut, t.strut, distance, g.radii));
+                }
+            }
+        }
+        let found: Vec<_> = within(&all, margin).into_iter().map(|m| (m.a, m.b, m.distance, m.wanted)).collect();
+        prop_assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn cone_distance_in_closed_form() {
+    // A cone from radius 1 to 3 over 10 along x, and a parallel strut of radius 1: nearest beside the wide end.
+    let cone = body(DVec3::ZERO, DVec3::X * 10.0, [1.0, 3.0]);
+    let clearance = |b: Body| gap(&cone, &b).clearance();
+    assert!((clearance(body(dvec3(0.0, 6.0, 0.0), dvec3(10.0, 6.0, 0.0), [1.0, 1.0])) - 2.0).abs() < 1e-12, "node ball of the wide end");
+    // A thin strut square to the cone's axis, past its middle: 6 mm to the axis less the cone there, square to its side.
+    let across = body(dvec3(5.0, 6.0, -9.0), dvec3(5.0, 6.0, 9.0), [0.5, 0.5]);
+    assert!((clearance(across) - (4.0 / 1.04f64.sqrt() - 0.5)).abs() < 1e-12, "square to the slope 1/5");
+    assert!((clearance(body(dvec3(-4.0, 0.0, 0.0), dvec3(-9.0, 0.0, 0.0), [1.0, 1.0])) - 2.0).abs() < 1e-12, "in one line, by the narrow end");
+    assert!(clearance(body(dvec3(5.0, -4.0, 0.0), dvec3(5.0, 4.0, 0.0), [0.1, 0.2])) < -2.0, "through the axis");
+    // The larger radius along the whole length would refuse this one: the narrow end leaves it room.
+    let beside_narrow = body(dvec3(0.0, 3.0, -5.0), dvec3(0.0, 3.0, 5.0), [1.0, 1.0]);
+    assert!(clearance(beside_narrow) > 0.7, "{}", clearance(beside_narrow));
 }
 
 proptest! {

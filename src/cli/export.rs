@@ -1,13 +1,18 @@
 //! `lattice-brep export`: arguments ▶ options ▶ pipeline ▶ file.
 
-use crate::cli::{input, output};
+use crate::cli::input::ImportFlags;
+use crate::cli::output;
+use crate::cli::repair::{self, RepairFlags};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lattice_brep::brep::Caps;
 use lattice_brep::error::{Error, Fault};
-use lattice_brep::graph::check::Overlaps;
-use lattice_brep::graph::import::{ImportOptions, RadiusRule, Units};
+use lattice_brep::graph::Lattice;
+use lattice_brep::graph::check::{self, Overlaps};
+use lattice_brep::graph::import::Imported;
+use lattice_brep::graph::repair::merge::MERGE_ANGLE;
+use lattice_brep::graph::repair::{Repair, Repaired};
 use lattice_brep::node::Fairing;
 use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress};
@@ -26,6 +31,7 @@ use std::sync::Mutex;
   lattice-brep export mesh.ele --radius-rule shortest/8 --units in
   lattice-brep export lines.csv --radius-rule 0.5
   lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
+  lattice-brep export mesh.json --weld 0.001 --collapse-chains --report mesh.report.json
 
 Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
@@ -62,16 +68,15 @@ pub struct ExportArgs {
     /// itself there, and the report says where)
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
-    /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, or shrink
-    /// radii until cuts fit (the report says which)
+    /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, shrink
+    /// radii until cuts fit, or merge nodes and struts that are too near (the report says which)
     #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
     on_conflict: OnConflictArg,
-    /// Unit of the file's lengths, for formats that state none [default: mm]
-    #[arg(long, value_enum)]
-    units: Option<UnitsArg>,
-    /// Radius of struts to which the file gives none: `shortest/N`, the shortest strut's length divided by N, or a radius in mm
-    #[arg(long, value_name = "RULE")]
-    radius_rule: Option<RadiusRule>,
+    /// Angle for --on-conflict merge, degrees: 0 to below 60
+    #[arg(long, value_name = "DEGREES", default_value_t = MERGE_ANGLE, value_parser = repair::angle)]
+    merge_angle: f64,
+    #[command(flatten)]
+    import: ImportFlags,
     /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
     #[arg(long)]
     time_stamp: Option<TimeStamp>,
@@ -81,6 +86,8 @@ pub struct ExportArgs {
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    repair: RepairFlags,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -112,16 +119,7 @@ enum OverlapsArg {
 enum OnConflictArg {
     Refuse,
     Shrink,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum UnitsArg {
-    Um,
-    Mm,
-    Cm,
-    M,
-    In,
-    Ft,
+    Merge,
 }
 
 fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
@@ -147,18 +145,20 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         OverlapsArg::Refuse => Overlaps::Refuse,
         OverlapsArg::Keep => Overlaps::Keep,
     };
-    let imported = input::read(&args.input, &import_options(args))?;
-    let lattice = match args.crop {
-        // overlaps outside the box do not matter: they are judged after the crop
-        Some(bounds) => pipeline::crop(&imported.admit(Overlaps::Keep)?, bounds, overlaps)?,
-        None => imported.admit(overlaps)?,
-    };
+    let imported = args.import.read(&args.input)?;
+    // overlaps outside the box do not matter: they are judged after the crop
+    let in_file = if args.crop.is_some() { Overlaps::Keep } else { overlaps };
+    let (mut lattice, repairs) = admit(args, imported, &options, in_file)?;
+    if let Some(bounds) = args.crop {
+        lattice = pipeline::crop(&lattice, bounds, overlaps)?;
+    }
     let is_shown = |c: char| !c.is_control() && !c.is_whitespace();
     if let Some(name) = lattice.name.as_ref().filter(|name| name.chars().any(is_shown)) {
         options.step.product = name.clone();
     }
     let progress = Bar::new(args.quiet);
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
+    solved.report.repairs = repairs;
     output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
     progress.finish();
     if let Some(path) = &args.report {
@@ -173,16 +173,21 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     Ok(())
 }
 
-fn import_options(args: &ExportArgs) -> ImportOptions {
-    let unit = args.units.map(|unit| match unit {
-        UnitsArg::Um => Units::Um,
-        UnitsArg::Mm => Units::Mm,
-        UnitsArg::Cm => Units::Cm,
-        UnitsArg::M => Units::M,
-        UnitsArg::In => Units::In,
-        UnitsArg::Ft => Units::Ft,
-    });
-    ImportOptions { radius_rule: args.radius_rule, unit }
+/// The repairs that are asked for, then the checks. Faults are told in the file's own places unless a repair has renumbered them.
+fn admit(args: &ExportArgs, mut imported: Imported, options: &Options, overlaps: Overlaps) -> Result<(Lattice, Vec<Repair>), Error> {
+    let input = std::mem::take(&mut imported.input);
+    let mut repaired = args.repair.apply(input, &imported.faults, args.quiet);
+    if matches!(args.on_conflict, OnConflictArg::Merge) && imported.faults.is_empty() {
+        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.quiet);
+    }
+    let Repaired { input, repairs } = repaired;
+    if repairs.is_empty() {
+        imported.input = input;
+        return Ok((imported.admit(overlaps)?, repairs));
+    }
+    let mut lattice = check::admit(input, imported.faults, overlaps)?;
+    lattice.notes.splice(0..0, imported.notes.into_iter().chain(repairs.iter().map(Repair::note)));
+    Ok((lattice, repairs))
 }
 
 fn options(args: &ExportArgs) -> Result<Options, Error> {
@@ -202,7 +207,8 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     Ok(Options {
         lambda: args.lambda,
         on_conflict: match args.on_conflict {
-            OnConflictArg::Refuse => OnConflict::Refuse,
+            // what merging leaves is refused
+            OnConflictArg::Refuse | OnConflictArg::Merge => OnConflict::Refuse,
             OnConflictArg::Shrink => OnConflict::Shrink,
         },
         levels: args.levels,

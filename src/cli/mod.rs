@@ -4,5 +4,7 @@ pub mod cell;
 pub mod check;
 pub mod export;
 pub mod input;
+pub mod inspect;
 pub mod output;
+pub mod repair;
 pub mod schema;

@@ -1,15 +1,24 @@
 //! Output that is whole or absent.
 
 use lattice_brep::error::Error;
+use std::fs::OpenOptions;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 /// Write a file under a temporary name beside its target, then rename it; or, without a path, to standard output.
+/// What is there and no file (a device, a pipe) is written to, not replaced.
 pub fn write(path: Option<&Path>, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
     match path {
+        Some(path) if path.metadata().is_ok_and(|m| !m.is_file()) => write_into(path, fill).map_err(Error::io(path)),
         Some(path) => write_file(path, fill).map_err(Error::io(path)),
         None => write_stdout(fill).map_err(Error::io("standard output")),
     }
+}
+
+fn write_into(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
+    fill(&mut out)?;
+    out.flush()
 }
 
 fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {

@@ -1,7 +1,7 @@
 //! Checks of a graph's content. Each checker looks at one invariant and lists all its faults.
 //! A later checker passes over what an earlier one has refused, so that one fault is not told twice.
 
-use super::proximity::{self, Capsule, NearMiss};
+use super::proximity::{self, Body, NearMiss};
 use super::{Graph, Input, Lattice, Strut};
 use crate::error::{Error, Fault, Note};
 use crate::ids::{NodeId, StrutId};
@@ -32,16 +32,12 @@ pub enum Overlaps {
 }
 
 /// The checked lattice, or all faults: those of form (found by the reader) and those of content.
-pub fn admit(input: Input, mut faults: Vec<Fault>, overlaps: Overlaps) -> Result<Lattice, Error> {
+pub fn admit(input: Input, faults: Vec<Fault>, overlaps: Overlaps) -> Result<Lattice, Error> {
     let mut notes = Vec::new();
-    if faults.is_empty() || !input.nodes.is_empty() {
-        let told: HashSet<String> = faults.iter().map(|f| f.path.clone()).collect();
-        let (content, misses) = inspect(&input);
-        faults.extend(content.into_iter().filter(|f| !within(&f.path, &told)));
-        match overlaps {
-            Overlaps::Refuse => faults.extend(misses.iter().map(NearMiss::fault)),
-            Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
-        }
+    let (mut faults, misses) = survey(&input, faults);
+    match overlaps {
+        Overlaps::Refuse => faults.extend(misses.iter().map(NearMiss::fault)),
+        Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
     }
     Error::unless_empty(faults)?;
     let Input { name, nodes, mut struts } = input;
@@ -50,6 +46,17 @@ pub fn admit(input: Input, mut faults: Vec<Fault>, overlaps: Overlaps) -> Result
     let bare = graph.node_ids().filter(|&n| graph.degree(n) == 0);
     notes.extend(bare.map(|n| Note::new(format!("nodes[{}]", n.0), "has no strut: left out")));
     Ok(Lattice { name, graph, notes })
+}
+
+/// The faults of form and all those of content, and apart from them the struts that come too close.
+pub fn survey(input: &Input, mut faults: Vec<Fault>) -> (Vec<Fault>, Vec<NearMiss>) {
+    if !faults.is_empty() && input.nodes.is_empty() {
+        return (faults, Vec::new());
+    }
+    let told: HashSet<String> = faults.iter().map(|f| f.path.clone()).collect();
+    let (content, misses) = inspect(input);
+    faults.extend(content.into_iter().filter(|f| !within(&f.path, &told)));
+    (faults, misses)
 }
 
 /// All faults of the content.
@@ -69,7 +76,7 @@ fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
     ends(input, apart, &place, &mut faults);
     radii(&input.struts, &mut faults);
     resolution(input, &mut faults);
-    let misses = proximity::among(&capsules(input, &place));
+    let misses = proximity::among(&bodies(input, &place));
     (faults, misses)
 }
 
@@ -85,7 +92,7 @@ fn size(nodes: &[DVec3]) -> f64 {
     low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
 }
 
-fn is_usable(p: DVec3) -> bool {
+pub(super) fn is_usable(p: DVec3) -> bool {
     p.is_finite() && p.abs().max_element() <= LARGEST_COORDINATE
 }
 
@@ -177,7 +184,7 @@ fn ends(input: &Input, apart: f64, place: &[u32], faults: &mut Vec<Fault>) {
     }
 }
 
-fn is_radius(r: f64) -> bool {
+pub(super) fn is_radius(r: f64) -> bool {
     r.is_finite() && r >= SMALLEST_RADIUS
 }
 
@@ -228,13 +235,18 @@ fn resolution(input: &Input, faults: &mut Vec<Fault>) {
     }
 }
 
-/// The struts that have a place, a length and a radius.
-fn capsules(input: &Input, place: &[u32]) -> Vec<Capsule> {
-    let sound = |(k, s): (usize, &Strut)| {
-        let (p, q) = (*input.nodes.get(s.a.index())?, *input.nodes.get(s.b.index())?);
+/// The struts that have two places, a length and radii, with their ids.
+pub fn sound_struts(input: &Input) -> impl Iterator<Item = (StrutId, Strut)> {
+    let usable = |n: NodeId| input.nodes.get(n.index()).copied().filter(|&p| is_usable(p));
+    let sound = move |s: &Strut| is_radius(s.ra) && is_radius(s.rb) && usable(s.a).zip(usable(s.b)).is_some_and(|(p, q)| p != q);
+    input.struts.iter().enumerate().filter(move |(_, s)| sound(s)).map(|(k, &s)| (StrutId(k as u32), s))
+}
+
+/// The bodies of the sound struts whose ends are in two places.
+fn bodies(input: &Input, place: &[u32]) -> Vec<Body> {
+    let body = |(strut, s): (StrutId, Strut)| {
         let ends = [place[s.a.index()], place[s.b.index()]];
-        let whole = is_usable(p) && is_usable(q) && ends[0] != ends[1] && is_radius(s.ra) && is_radius(s.rb);
-        whole.then(|| Capsule { strut: StrutId(k as u32), ends, p, q, radius: s.ra.max(s.rb) })
+        (ends[0] != ends[1]).then(|| Body { strut, ends, p: input.nodes[s.a.index()], q: input.nodes[s.b.index()], radii: [s.ra, s.rb] })
     };
-    input.struts.iter().enumerate().filter_map(sound).collect()
+    sound_struts(input).filter_map(body).collect()
 }

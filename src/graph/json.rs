@@ -125,13 +125,22 @@ pub fn read(bytes: &[u8]) -> (Input, Vec<Fault>) {
 
 /// Write the form: in mm, one node or strut a line, floats as the shortest text that reads back the same.
 pub fn write(graph: &Graph, name: Option<&str>, out: &mut dyn Write) -> io::Result<()> {
+    write_parts(graph.nodes(), graph.struts(), name, out)
+}
+
+/// As `write`, unchecked. All numbers are finite: a reader has found no fault of form.
+pub fn write_input(input: &Input, out: &mut dyn Write) -> io::Result<()> {
+    write_parts(&input.nodes, &input.struts, input.name.as_deref(), out)
+}
+
+fn write_parts(nodes: &[DVec3], struts: &[Strut], name: Option<&str>, out: &mut dyn Write) -> io::Result<()> {
     let mut float = zmij::Buffer::new();
     write!(out, "{{\"units\":\"mm\",")?;
     if let Some(name) = name {
         write!(out, "\"name\":{},", Value::from(name))?;
     }
     write!(out, "\n\"nodes\":[")?;
-    for (k, p) in graph.nodes().iter().enumerate() {
+    for (k, p) in nodes.iter().enumerate() {
         write!(out, "{}\n[", if k == 0 { "" } else { "," })?;
         for (axis, &x) in p.as_ref().iter().enumerate() {
             write!(out, "{}{}", if axis == 0 { "" } else { "," }, float.format_finite(x))?;
@@ -139,7 +148,7 @@ pub fn write(graph: &Graph, name: Option<&str>, out: &mut dyn Write) -> io::Resu
         write!(out, "]")?;
     }
     write!(out, "\n],\n\"struts\":[")?;
-    for (k, s) in graph.struts().iter().enumerate() {
+    for (k, s) in struts.iter().enumerate() {
         let comma = if k == 0 { "" } else { "," };
         write!(out, "{comma}\n{{\"a\":{},\"b\":{},\"ra\":{}", s.a.0, s.b.0, float.format_finite(s.ra))?;
         write!(out, ",\"rb\":{}}}", float.format_finite(s.rb))?;

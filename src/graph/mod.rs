@@ -4,6 +4,7 @@
 //! at least one strut, all ends in range, no two nodes in one place, no two struts between the same nodes,
 //! and no two struts closer than their radii except where they share a node.
 //! Ids are the positions in the input, so a node without struts keeps its id: skip nodes of degree 0.
+//! Between the two, if asked for: `repair`.
 //! Not promised: that the cuts fit into the struts. That is the cuts layer's to say.
 
 pub mod catalogue;
@@ -13,6 +14,7 @@ pub mod crop;
 pub mod import;
 pub mod json;
 pub mod proximity;
+pub mod repair;
 
 use crate::error::{Error, Note};
 use crate::ids::{NodeId, StrutId};
