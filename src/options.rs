@@ -10,8 +10,8 @@ pub enum OnConflict {
     /// Refuse the graph, naming all struts with the numbers.
     #[default]
     Refuse,
-    /// Make radii smaller until cuts fit.
-    Shrink,
+    /// Make radii smaller until cuts fit, nodes can be built, and (`part`) struts that overlap without a common node are apart.
+    Shrink { part: bool },
 }
 
 /// Options of one run from graph to STEP text.

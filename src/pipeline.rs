@@ -1,20 +1,19 @@
 //! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
 use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surface};
-use crate::cuts::{self, Cuts, Means, Shrunk};
+use crate::cuts::{Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
 use crate::graph::proximity::{NearMiss, near_misses};
-use crate::graph::{self, Arm, Graph, Lattice};
+use crate::graph::{self, Graph, Lattice};
 use crate::ids::{NodeId, StrutId};
-use crate::ladder::{self, Built, Degrees, Rung};
-use crate::node::{Star, cut};
-use crate::options::{OnConflict, Options};
+use crate::ladder::{Built, Rung};
+use crate::options::Options;
 use crate::patch::Skin;
 use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
+use crate::settle::{Settled, settle};
 use crate::step;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::io::Write;
 use std::time::Instant;
 
@@ -61,22 +60,20 @@ pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Re
     let (kept, all) = (part.struts().len(), lattice.graph.struts().len());
     let mut notes = vec![Note::new("document", format!("cropped: {kept} of {all} struts kept"))];
     let misses = near_misses(&part);
-    if overlaps == Overlaps::Refuse {
-        Error::unless_empty(misses.iter().map(NearMiss::fault).collect())?;
+    match overlaps {
+        Overlaps::Refuse => Error::unless_empty(misses.iter().map(NearMiss::fault).collect())?,
+        Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
+        Overlaps::Leave => {}
     }
-    notes.extend(misses.iter().map(NearMiss::note));
     Ok(Lattice { name: lattice.name.clone(), graph: part, notes })
 }
 
 /// From a checked lattice to checked solids.
 pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> Result<Solved, Error> {
     let mut clock = Clock::default();
-    let Settled { graph, cuts, shrunk } = clock.time("cuts", || settle(&lattice.graph, options))?;
+    let begin = |nodes: u64| progress.stage("nodes", nodes, "nodes");
+    let Settled { graph, cuts, shrunk, built } = clock.time("nodes", || settle(&lattice.graph, options, &begin, &|| progress.advance(1)))?;
     let graph = &graph;
-    let stars = stars(graph, &cuts, options);
-
-    progress.stage("nodes", graph.used_nodes().count() as u64, "nodes");
-    let built = clock.time("nodes", || build_nodes(graph, stars, options, progress))?;
 
     progress.stage("solids", 0, "");
     let (skins, facts_of_nodes): (Vec<Option<Skin>>, Vec<Option<NodeFacts>>) = built.into_iter().map(|b| b.map(NodeFacts::split).unzip()).unzip();
@@ -140,49 +137,6 @@ pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progre
     Ok(())
 }
 
-/// The graph whose cuts fit, and those cuts.
-struct Settled {
-    graph: Graph,
-    cuts: Cuts,
-    shrunk: Vec<Shrunk>,
-}
-
-/// Cuts for all struts; where there are none, what the policy says.
-fn settle(graph: &Graph, options: &Options) -> Result<Settled, Error> {
-    match options.on_conflict {
-        OnConflict::Refuse => match cuts::negotiate(graph, options.lambda) {
-            Ok(cuts) => Ok(Settled { graph: graph.clone(), cuts, shrunk: Vec::new() }),
-            Err(conflicts) => Err(Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }),
-        },
-        OnConflict::Shrink => {
-            let (graph, cuts, shrunk) = cuts::shrink(graph, options.lambda);
-            Ok(Settled { graph, cuts, shrunk })
-        }
-    }
-}
-
-/// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
-fn stars(graph: &Graph, cuts: &Cuts, options: &Options) -> Vec<Star> {
-    let star = |node: NodeId| {
-        let arms = graph.arms(node);
-        let unit = graph.largest_radius(node);
-        let axes = Star::directions(graph, node);
-        // between struts of one radius the preferred cut stays as it is: to divide what was multiplied would change its last bit
-        let own = cut::cuts(&axes, options.lambda);
-        let cut = |(arm, own): (&Arm, &f64)| {
-            let mm = cuts.at[arm.strut.index()][arm.end as usize];
-            if own * unit == mm { *own } else { mm / unit }
-        };
-        Star {
-            cuts: arms.iter().zip(&own).map(cut).collect(),
-            axes,
-            radii: arms.iter().map(|&arm| graph.radius(arm) / unit).collect(),
-            tapers: arms.iter().map(|&arm| graph.taper(arm)).collect(),
-        }
-    };
-    graph.node_ids().collect::<Vec<_>>().into_par_iter().map(star).collect()
-}
-
 fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
     let count = |means| cuts.means.iter().filter(|&&m| m == means).count();
     let changed = |k: usize| ChangedCuts {
@@ -200,32 +154,6 @@ fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
         shrunk: shrunk.iter().map(|s| ShrunkStrut { strut: s.strut, before_mm: s.before, after_mm: s.after, volume_mm3: s.volume }).collect(),
         shrunk_volume_mm3: shrunk.iter().map(|s| s.volume).sum(),
     }
-}
-
-fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dyn Progress) -> Result<Vec<Option<Built>>, Error> {
-    let degrees = Degrees::new();
-    let built: Vec<Option<Result<Built, Vec<String>>>> = stars
-        .into_par_iter()
-        .map(|star| {
-            if star.degree() == 0 {
-                return None;
-            }
-            let built = ladder::build(star, options, &degrees);
-            progress.advance(1);
-            Some(built)
-        })
-        .collect();
-    let mut reasons = Vec::new();
-    for (n, b) in built.iter().enumerate() {
-        if let Some(Err(why)) = b {
-            let struts: Vec<String> = graph.arms(NodeId(n as u32)).iter().map(|a| a.strut.0.to_string()).collect();
-            reasons.push(format!("node {n} (struts {}): {}", struts.join(", "), why.join("; ")));
-        }
-    }
-    if !reasons.is_empty() {
-        return Err(Error::CannotBuild { reasons });
-    }
-    Ok(built.into_iter().map(|b| b.and_then(Result::ok)).collect())
 }
 
 /// What the report keeps of a built node.

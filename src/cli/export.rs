@@ -141,13 +141,14 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
-    let overlaps = match args.overlaps {
-        OverlapsArg::Refuse => Overlaps::Refuse,
-        OverlapsArg::Keep => Overlaps::Keep,
+    let overlaps = match (args.overlaps, args.on_conflict) {
+        (OverlapsArg::Refuse, OnConflictArg::Shrink) => Overlaps::Leave,
+        (OverlapsArg::Refuse, _) => Overlaps::Refuse,
+        (OverlapsArg::Keep, _) => Overlaps::Keep,
     };
     let imported = args.import.read(&args.input)?;
     // overlaps outside the box do not matter: they are judged after the crop
-    let in_file = if args.crop.is_some() { Overlaps::Keep } else { overlaps };
+    let in_file = if args.crop.is_some() { Overlaps::Leave } else { overlaps };
     let (mut lattice, repairs) = admit(args, imported, &options, in_file)?;
     if let Some(bounds) = args.crop {
         lattice = pipeline::crop(&lattice, bounds, overlaps)?;
@@ -209,7 +210,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
         on_conflict: match args.on_conflict {
             // what merging leaves is refused
             OnConflictArg::Refuse | OnConflictArg::Merge => OnConflict::Refuse,
-            OnConflictArg::Shrink => OnConflict::Shrink,
+            OnConflictArg::Shrink => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
         },
         levels: args.levels,
         fairing: match args.fairing {

@@ -17,7 +17,7 @@ mod shrink;
 pub use cone::Cone;
 pub use conflict::{Binding, Conflict};
 pub use problem::{FREE, MARGIN};
-pub use shrink::{Shrunk, shrink};
+pub use shrink::{Shrunk, part, scaled, shrink, shrunk};
 
 use crate::graph::Graph;
 use problem::Problem;

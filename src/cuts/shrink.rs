@@ -1,4 +1,4 @@
-//! Radii made smaller until cuts fit. Where nothing else is left.
+//! Radii made smaller until cuts fit, and until struts without a common node are apart. Where nothing else is left.
 //!
 //! Cuts that are tight on a strut meet in one point, and there the radius is `room / (cot ρ_a + cot ρ_b)`, whatever the taper: to shrink one
 //! end alone would gain nothing that is seen, so a strut shrinks as a whole and a cylinder stays a cylinder.
@@ -9,6 +9,7 @@
 use super::bounds::bounds;
 use super::problem::{Problem, across};
 use super::{Cone, Cuts, negotiate};
+use crate::graph::proximity::{NearMiss, near_misses};
 use crate::graph::{Graph, Strut};
 use crate::ids::StrutId;
 use std::f64::consts::PI;
@@ -23,6 +24,9 @@ const BACK: f64 = 2.0;
 /// Smallest factor on a radius that a way may end at. Reason: where cones are wider than the angle between them it would end at 0.
 const LEAST_FACTOR: f64 = 1.0 / 32.0;
 
+/// Struts parted keep this share of their distance: a gap of a hundredth of the radii. Guessed.
+const CLEAR: f64 = 0.99;
+
 /// A strut whose radii were made smaller.
 #[derive(Clone, Copy, Debug)]
 pub struct Shrunk {
@@ -34,8 +38,8 @@ pub struct Shrunk {
     pub volume: f64,
 }
 
-/// The graph with radii at which cuts fit, those cuts, and what was changed. A graph that fits is not changed.
-pub fn shrink(graph: &Graph, lambda: f64) -> (Graph, Cuts, Vec<Shrunk>) {
+/// The graph with radii at which cuts fit, and those cuts. A graph that fits is not changed.
+pub fn shrink(graph: &Graph, lambda: f64) -> (Graph, Cuts) {
     let mut now = graph.clone();
     let cuts = loop {
         match negotiate(&now, lambda) {
@@ -43,13 +47,48 @@ pub fn shrink(graph: &Graph, lambda: f64) -> (Graph, Cuts, Vec<Shrunk>) {
             Err(_) => now = shrink_once(&now, lambda),
         }
     };
-    let mut shrunk = Vec::new();
-    for (k, (old, new)) in graph.struts().iter().zip(now.struts()).enumerate().filter(|(_, (old, new))| old != new) {
+    (now, cuts)
+}
+
+/// What was made smaller.
+pub fn shrunk(before: &Graph, after: &Graph) -> Vec<Shrunk> {
+    let changed = before.struts().iter().zip(after.struts()).enumerate().filter(|(_, (old, new))| old != new);
+    let one = |(k, (old, new)): (usize, (&Strut, &Strut))| {
         let strut = StrutId(k as u32);
-        let volume = |s: &Strut| PI / 3.0 * graph.length(strut) * (s.ra * s.ra + s.ra * s.rb + s.rb * s.rb);
-        shrunk.push(Shrunk { strut, before: [old.ra, old.rb], after: [new.ra, new.rb], volume: volume(old) - volume(new) });
+        let volume = |s: &Strut| PI / 3.0 * before.length(strut) * (s.ra * s.ra + s.ra * s.rb + s.rb * s.rb);
+        Shrunk { strut, before: [old.ra, old.rb], after: [new.ra, new.rb], volume: volume(old) - volume(new) }
+    };
+    changed.map(one).collect()
+}
+
+/// All radii at the struts multiplied by a factor each.
+pub fn scaled(graph: &Graph, factors: &[f64]) -> Graph {
+    let struts = graph.struts().iter().zip(factors).map(|(s, f)| if *f < 1.0 { Strut { ra: s.ra * f, rb: s.rb * f, ..*s } } else { *s });
+    Graph::new(graph.nodes().to_vec(), struts.collect())
+}
+
+/// Radii at which no struts without a common node overlap, or all pairs that no radii can part.
+pub fn part(graph: &Graph) -> Result<Graph, Vec<NearMiss>> {
+    let mut factors = vec![1.0; graph.struts().len()];
+    loop {
+        let now = scaled(graph, &factors);
+        let misses = near_misses(&now);
+        if misses.is_empty() {
+            return Ok(now);
+        }
+        let mut step = vec![1.0f64; factors.len()];
+        for miss in &misses {
+            let factor = CLEAR * miss.distance / miss.wanted;
+            for strut in [miss.a, miss.b] {
+                step[strut.index()] = step[strut.index()].min(factor);
+            }
+        }
+        factors.iter_mut().zip(&step).for_each(|(f, s)| *f *= s);
+        let hopeless = |m: &NearMiss| [m.a, m.b].iter().any(|k| factors[k.index()] < LEAST_FACTOR);
+        if misses.iter().any(hopeless) {
+            return Err(misses.into_iter().filter(hopeless).collect());
+        }
     }
-    (now, cuts, shrunk)
 }
 
 /// Radii for which bounds do not cross.
@@ -82,8 +121,7 @@ fn shrink_once(graph: &Graph, lambda: f64) -> Graph {
             }
         }
     }
-    let struts = graph.struts().iter().zip(&ways.factor).map(|(s, f)| if *f < 1.0 { Strut { ra: s.ra * f, rb: s.rb * f, ..*s } } else { *s });
-    Graph::new(graph.nodes().to_vec(), struts.collect())
+    scaled(graph, &ways.factor)
 }
 
 /// How far each strut has gone from its full radii to those at which its touching cuts fit. All by strut but `full`.

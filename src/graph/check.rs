@@ -29,6 +29,8 @@ pub enum Overlaps {
     Refuse,
     /// Each is a note: the solid crosses itself there.
     Keep,
+    /// Nothing is said of them: they are settled later, with the cuts.
+    Leave,
 }
 
 /// The checked lattice, or all faults: those of form (found by the reader) and those of content.
@@ -38,6 +40,7 @@ pub fn admit(input: Input, faults: Vec<Fault>, overlaps: Overlaps) -> Result<Lat
     match overlaps {
         Overlaps::Refuse => faults.extend(misses.iter().map(NearMiss::fault)),
         Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
+        Overlaps::Leave => {}
     }
     Error::unless_empty(faults)?;
     let Input { name, nodes, mut struts } = input;

@@ -6,7 +6,7 @@ pub use crate::math::angle;
 use glam::DVec3;
 
 /// One node in node units.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Star {
     /// Unit vectors along the struts, in the order of `Graph::arms`.
     pub axes: Vec<DVec3>,
