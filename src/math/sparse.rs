@@ -1,9 +1,11 @@
 //! Symmetric positive definite sparse systems, solved by faer's Cholesky factorisation, single-threaded
 //! (nodes run side by side, and the result must not depend on threads).
 
-use faer::linalg::solvers::Solve;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-use faer::{Mat, Side};
+use faer::{Conj, Mat, Par, Side};
 
 /// A symmetric matrix under assembly: entries of the lower triangle, duplicates are added.
 #[derive(Default)]
@@ -22,8 +24,19 @@ impl Symmetric {
 
     /// Solve for several right-hand sides at once; `rhs` is n rows by k columns, row-major rows.
     pub fn solve(&self, n: usize, rhs: &Mat<f64>) -> Result<Mat<f64>, String> {
-        let factor = self.assemble(n).sp_cholesky(Side::Lower).map_err(|e| format!("the matrix is not positive definite: {e:?}"))?;
-        Ok(factor.solve(rhs))
+        let matrix = self.assemble(n);
+        // corners and edges come with blocks of numbers each: dense kernels pay at any size
+        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
+        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let room = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()).or(symbolic.solve_in_place_scratch::<f64>(rhs.ncols(), Par::Seq));
+        let mut room = MemBuffer::new(room);
+        let factor = symbolic
+            .factorize_numeric_llt(&mut values, matrix.as_ref(), Side::Lower, Default::default(), Par::Seq, MemStack::new(&mut room), Default::default())
+            .map_err(|e| format!("the matrix is not positive definite: {e:?}"))?;
+        let mut x = rhs.clone();
+        factor.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
+        Ok(x)
     }
 
     /// Column by column, rows ascending, duplicates added in the order they came.

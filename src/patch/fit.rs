@@ -15,8 +15,7 @@ use crate::node::{Film, Sampler};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
 use crate::patch::map::SectorMap;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef};
+use faer::Mat;
 use glam::DVec3;
 
 /// Weight of the thin-plate energy, in r². Measured: at 1e-5 and above the fit error grows, below 1e-7 thin sectors ripple.
@@ -110,24 +109,19 @@ impl<'a> Problem<'a> {
         let mut matrix = Symmetric::default();
         let mut rhs = Mat::<f64>::zeros(total, 1);
         let mut inner = Vec::with_capacity(self.sectors.len());
+        let mut scratch = Scratch::default();
         for sector in &self.sectors {
-            let normal = sector.normal(&self.samples, stiffness);
-            let width = sector.deviation.width;
-            let normal = MatRef::from_row_major_slice(&normal, width, width);
-            let nb = 1 + sector.border.len();
-            let ni = width - nb;
-            // eliminate the inner numbers: N_ii x_i = -N_ib (1, x_b)
-            let mixed = normal.submatrix(nb, 0, ni, nb);
-            let factor = normal.submatrix(nb, nb, ni, ni).llt(faer::Side::Lower).map_err(|e| format!("a patch's own equations are singular: {e:?}"))?;
-            let solved = factor.solve(&mixed) * -1.0;
-            let condensed = normal.submatrix(0, 0, nb, nb) + mixed.transpose() * &solved;
+            let (width, nb) = (sector.deviation.width, 1 + sector.border.len());
+            let normal = sector.normal(&self.samples, stiffness, &mut scratch);
+            eliminate(normal, width, nb)?;
             for (a, &ga) in sector.border.iter().enumerate() {
-                rhs[(ga, 0)] -= condensed[(a + 1, 0)];
-                for (b, &gb) in sector.border.iter().enumerate() {
-                    matrix.add(ga, gb, 0.5 * (condensed[(a + 1, b + 1)] + condensed[(b + 1, a + 1)]));
+                let row = &normal[(a + 1) * width..(a + 1) * width + nb];
+                rhs[(ga, 0)] -= row[0];
+                for (&gb, &value) in sector.border[..=a].iter().zip(&row[1..]) {
+                    matrix.add(ga.max(gb), ga.min(gb), value);
                 }
             }
-            inner.push(solved);
+            inner.push(normal[nb * width..].to_vec());
         }
         let x = matrix.solve(total, &rhs)?;
         let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
@@ -145,16 +139,32 @@ impl<'a> Problem<'a> {
 }
 
 impl SectorProblem {
-    /// All coefficients, from the border numbers `x` and the inner numbers as functions of (constant, border).
-    fn gauge(&self, inner: &Mat<f64>, x: &Mat<f64>) -> Vec<f64> {
+    /// All coefficients, from the border numbers `x` and the eliminated rows of the inner numbers.
+    fn gauge(&self, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
-        let nb = numbers.len();
-        for row in 0..inner.nrows() {
-            numbers.push((0..nb).map(|k| inner[(row, k)] * numbers[k]).sum());
+        for row in inner.chunks_exact(self.deviation.width) {
+            let k = numbers.len();
+            numbers.push(-row.iter().zip(&numbers).map(|(a, b)| a * b).sum::<f64>() / row[k]);
         }
         self.forms.iter().map(|f| f.iter().zip(&numbers).map(|(a, b)| a * b).sum()).collect()
     }
+}
+
+/// Eliminate the numbers from `nb` on, the last first, from a symmetric matrix given by its rows; only the lower triangle is
+/// read and kept up. Row k then gives number k by those before it.
+fn eliminate(normal: &mut [f64], width: usize, nb: usize) -> Result<(), String> {
+    for k in (nb..width).rev() {
+        let (above, row) = normal.split_at_mut(k * width);
+        let pivot = row[k];
+        if !(pivot > 0.0) {
+            return Err(format!("a patch's own equations are singular (pivot {pivot:e})"));
+        }
+        for i in 0..k {
+            axpy(&mut above[i * width..=i * width + i], -row[i] / pivot, row);
+        }
+    }
+    Ok(())
 }
 
 /// Bernstein coefficients of the strut's own gauge on a sector: |E_rim| / r for a cylinder, less what a cone grows by.
@@ -460,30 +470,44 @@ impl SparseRows {
 }
 
 impl SectorProblem {
-    /// N, row by row: Dᵀ Q D for the deviation D, and the pull in the row and column of the constant.
-    fn normal(&self, samples: &Samples, stiffness: f64) -> Vec<f64> {
+    /// N, row by row: Dᵀ Q D for the deviation D, less the pull in the column of the constant. The row of the constant lacks
+    /// its pull: no one asks for it.
+    fn normal<'a>(&self, samples: &Samples, stiffness: f64, scratch: &'a mut Scratch) -> &'a mut [f64] {
         let (width, size) = (self.deviation.width, self.pull.len());
-        let mut quadratic = self.energy.clone();
-        axpy(&mut quadratic, stiffness * self.area, &samples.bends);
+        let Scratch { quadratic, turned, row, normal } = scratch;
+        quadratic.clone_from(&self.energy);
+        axpy(quadratic, stiffness * self.area, &samples.bends);
         // (Q D)ᵀ, row by row
-        let mut turned = vec![0.0; width * size];
-        for (row, entries) in quadratic.chunks_exact(size).zip(self.deviation.rows()) {
+        refill(turned, width * size);
+        for (line, entries) in quadratic.chunks_exact(size).zip(self.deviation.rows()) {
             for &(c, f) in entries {
-                axpy(&mut turned[c * size..(c + 1) * size], f, row);
+                axpy(&mut turned[c * size..(c + 1) * size], f, line);
             }
         }
-        let mut normal = vec![0.0; width * width];
-        let mut row = vec![0.0; width];
+        refill(normal, width * width);
+        refill(row, width);
         for (r, entries) in self.deviation.rows().enumerate() {
             row.iter_mut().zip(turned.iter().skip(r).step_by(size)).for_each(|(x, t)| *x = *t);
             row[0] -= self.pull[r];
             for &(c, f) in entries {
-                axpy(&mut normal[c * width..(c + 1) * width], f, &row);
+                axpy(&mut normal[c * width..=c * width + c], f, row);
             }
-        }
-        for c in 1..width {
-            normal[c] = normal[c * width];
         }
         normal
     }
+}
+
+/// Room for one sector's equations, used again for the next.
+#[derive(Default)]
+struct Scratch {
+    quadratic: Vec<f64>,
+    turned: Vec<f64>,
+    row: Vec<f64>,
+    normal: Vec<f64>,
+}
+
+/// So many zeros.
+fn refill(x: &mut Vec<f64>, n: usize) {
+    x.clear();
+    x.resize(n, 0.0);
 }
