@@ -13,6 +13,9 @@ fn every_example_is_read_without_a_fault_or_a_note() {
     let mut count = 0;
     for entry in fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_dir() {
+            continue; // files for the tests of readers
+        }
         let lattice = graph::read(&fs::read(&path).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         assert!(lattice.notes.is_empty(), "{}: {:?}", path.display(), lattice.notes);
         count += 1;

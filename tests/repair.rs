@@ -295,7 +295,7 @@ fn merge_ends_with_nothing_to_merge() {
     let options = Options::default();
     let find = conflicts(options.lambda);
     // thick struts: the cuts of the octet do not fit at this radius
-    for (name, radius) in [(Cell::Octet, 2.0), (Cell::Bcc, 2.4), (Cell::BccEdges, 2.1)] {
+    for (name, radius) in [(Cell::Octet, 2.1), (Cell::Bcc, 3.3), (Cell::BccEdges, 2.6)] {
         let before = input(&generate(name, 10.0, [2; 3], radius).unwrap());
         let graph = |i: &Input| Graph::new(i.nodes.clone(), i.struts.clone());
         assert!(!cut_conflicts(&graph(&before), options.lambda).is_empty(), "{name:?}");
