@@ -18,6 +18,9 @@ use glam::DVec3;
 /// Widest azimuth step between columns, radians. The paper's three points on a 90° side give 22.5°.
 pub const STEP: f64 = 30.0 * std::f64::consts::PI / 180.0;
 
+/// Widths of a whole number of steps, as in cubic lattices, are not to be told apart by round-off.
+const TIE: f64 = 1e-6;
+
 /// Rows of quads between rim and cell side: the paper inserts three layers of vertices.
 pub const LAYERS: usize = 4;
 
@@ -45,7 +48,7 @@ pub fn columns(side: &Side) -> Vec<f64> {
     let mut phis = vec![a];
     for w in stops.windows(2) {
         let width = w[1] - w[0];
-        let parts = if width < 0.25 * STEP { 1 } else { (width / STEP).ceil().max(2.0) as usize };
+        let parts = if width < 0.25 * STEP { 1 } else { (width / STEP - TIE).ceil().max(2.0) as usize };
         for k in 1..=parts {
             phis.push(if k == parts { w[1] } else { w[0] + width * k as f64 / parts as f64 });
         }
