@@ -17,8 +17,11 @@ SIZE_MM, CELL_RADIUS_MM = 10.0, 0.5
 
 RANDOM_SEED = 2025
 RANDOM_NODES, QUICK_NODES = 200, 20
+MIXED_NODES, QUICK_MIXED = 60, 6
+LEAST_RADIUS_MM = 0.2  # of mixed nodes; the largest is 1
 SMALLEST_ANGLE_DEG = 25.0
 DEGREES = range(3, 21)
+MIXED_DEGREES = range(2, 13)
 STAR_LENGTH_MM = 10.0  # the cut of two struts of radius 1 at 25 degrees is 1.3 / tan(12.5 deg) = 5.9
 
 
@@ -72,6 +75,24 @@ def random_nodes(number: int, folder: Path) -> list[Case]:
         path.write_text(json.dumps(star(degree, i)))
         out.append(Case(f"random {i:03d}, degree {degree}", graph=path, detail={"degree": degree},
                         skip=("meshable",), limits={"freecad_seconds": 0, "self_intersection_seconds": 120, "g0_allowed": 0}))
+    return out
+
+
+def mixed_nodes(number: int, folder: Path) -> list[Case]:
+    """Stars as above whose struts have radii of their own; every second star tapers."""
+    out = []
+    for i in range(number):
+        degree = MIXED_DEGREES[i % len(MIXED_DEGREES)]
+        graph = star(degree, 1000 + i)
+        draw = np.random.default_rng([RANDOM_SEED, 2000 + i])
+        for strut in graph["struts"]:
+            strut["ra"] = float(draw.uniform(LEAST_RADIUS_MM, 1.0))
+            strut["rb"] = float(draw.uniform(LEAST_RADIUS_MM, 1.0)) if i % 2 else strut["ra"]
+        graph["nodes"] = [[4 * x for x in p] for p in graph["nodes"]]
+        path = folder / f"mixed-{i:03d}.json"
+        path.write_text(json.dumps(graph))
+        out.append(Case(f"mixed {i:03d}, degree {degree}", graph=path, detail={"degree": degree},
+                        skip=("meshable",), limits={"freecad_seconds": 600, "self_intersection_seconds": 120, "g0_allowed": 0}))
     return out
 
 

@@ -104,9 +104,10 @@ def failures(results: list[dict]) -> list[str]:
 
 def write(path: Path, results: list[dict]) -> None:
     random = [r for r in results if r["name"].startswith("random")]
+    mixed = [r for r in results if r["name"].startswith("mixed")]
     crops = [r for r in results if r["name"].endswith(" crop")]
     whole = [r for r in results if r["name"].endswith(" whole")]
-    other = [r for r in results if r not in random and r not in crops and r not in whole and r["name"] != "determinism"]
+    other = [r for r in results if r not in random and r not in mixed and r not in crops and r not in whole and r["name"] != "determinism"]
     version = next((freecad(r)["version"] for r in results if "version" in freecad(r)), "FreeCAD")
     lines = [
         "# Validation report", "",
@@ -122,6 +123,10 @@ def write(path: Path, results: list[dict]) -> None:
     lines += ["## Random nodes", "",
               f"{len(random)} seeded stars of radius 1 mm, degree 3 to 20, smallest angle 25°; judged in OCC 8, with its search for self-intersections.", "",
               *distribution(random)]
+    if mixed:
+        lines += ["## Nodes of mixed radii", "",
+                  f"{len(mixed)} seeded stars whose struts have radii from 0.2 to 1 mm, every second one tapered; judged in both kernels. The check `radii` compares "
+                  "the radius of each cylinder or cone at both rims, and its half-angle, with the graph (1e-9).", "", *distribution(mixed)]
     if crops or whole:
         lines += ["## Real lattices", ""]
     if whole:

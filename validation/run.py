@@ -1,7 +1,7 @@
 """Exports a set of lattices with `lattice-brep` and runs every check on every file. Exit code 1 if anything failed.
 
-    validation/run --quick            cells 1x1x1 and BCC 2x2x2 in both kernels, 20 random nodes (for CI)
-    validation/run                    cells 3x3x3, 200 random nodes; writes validation/report.md
+    validation/run --quick            cells 1x1x1 and BCC 2x2x2 in both kernels, 20 random nodes, 6 of mixed radii (for CI)
+    validation/run                    cells 3x3x3, 200 random nodes, 60 of mixed radii; writes validation/report.md
     validation/run --only TEXT        only cases whose name contains TEXT; joins the results that validation/out holds
     validation/run --lattices DIR     the JSON lattices of a folder besides (or LATTICES=DIR)
     validation/run --pictures         only renders docs/pictures/*.png
@@ -246,6 +246,7 @@ def main() -> int:
         todo += crops
     # The slow ones first, so that no worker is left alone with them at the end.
     todo = todo[::-1] + cases.random_nodes(cases.QUICK_NODES if args.quick else cases.RANDOM_NODES, OUT)
+    todo += cases.mixed_nodes(cases.QUICK_MIXED if args.quick else cases.MIXED_NODES, OUT)
     wanted = (lambda name: args.only in name) if args.only else (lambda name: True)
 
     results = []
@@ -253,7 +254,7 @@ def main() -> int:
         for result in pool.imap_unordered(judge, [case for case in todo if wanted(case.name)]):
             results.append(result)
             keep(result, args.quick)
-            tell(result, not result["name"].startswith("random"))
+            tell(result, not result["name"].startswith(("random", "mixed")))
             if not args.keep:
                 (OUT / result["name"].replace(" ", "-").replace(",", "")).with_suffix(".step").unlink(missing_ok=True)
     if wanted("determinism"):
