@@ -2,8 +2,8 @@
 another reader may not be so kind. Read from the text alone:
 
 1. each EDGE_CURVE is used twice, in opposite senses (ORIENTED_EDGE times FACE_BOUND);
-2. a patch's loop runs round its surface's normal: the area vector of the loop's vertices and that of the control net's border agree,
-   turned by the face's same_sense;
+2. a patch's loop runs round its surface's normal: it passes the corners of the control net, which run counter-clockwise about du x dv,
+   in that order, turned by the face's same_sense;
 3. a strut's face has same_sense .T. (its normal leaves the axis), and each rim runs counter-clockwise about the direction to the other rim;
 4. a cap's normal leads away from the strut, and its loop runs round it.
 Together with 1, one right face makes its whole shell face outward; an ORIENTED_CLOSED_SHELL or a void shell is refused.
@@ -47,9 +47,11 @@ class Entities:
         return FLAG.findall(self.body[i])[-1] == "T"
 
 
-def area_vector(points: list[np.ndarray]) -> np.ndarray:
-    p = np.array(points)
-    return 0.5 * np.cross(p - p.mean(0), np.roll(p, -1, axis=0) - p.mean(0)).sum(0)
+def runs_round(corners: np.ndarray, loop: list[np.ndarray]) -> bool:
+    """Whether a loop's vertices pass the four corners, counter-clockwise about the normal, in that order."""
+    at = [int(np.argmin(np.linalg.norm(np.array(loop) - c, axis=1))) for c in corners]
+    steps = [(b - a) % len(loop) for a, b in zip(at, at[1:] + at[:1])]
+    return min(steps) > 0 and sum(steps) == len(loop)
 
 
 class Step:
@@ -90,9 +92,8 @@ def check(model_or_path, expected: dict) -> dict:
         net = NET.search(kind)
         if net:
             rows = [REF.findall(r) for r in ROW.findall(net.group(1))]
-            border = [r[0] for r in rows] + rows[-1][1:] + [r[-1] for r in rows[-2::-1]] + rows[0][-2:0:-1]
-            normal = area_vector([e.triple(p) for p in border]) * (1 if same else -1)
-            if not np.dot(area_vector([s.start for s in walk]), normal) > 0:
+            corners = np.array([e.triple(p) for p in (rows[0][0], rows[-1][0], rows[-1][-1], rows[0][-1])])
+            if not runs_round(corners if same else corners[::-1], [s.start for s in walk]):
                 fault("patches", i)
         elif kind.startswith(("CYLINDRICAL", "CONICAL")):
             arcs = [s for s in walk if s.turn]
