@@ -40,15 +40,15 @@ pub fn round(x: f64, decimals: Option<u32>) -> f64 {
     if scaled.abs() < 4.5e15 { scaled.round() / scale } else { x }
 }
 
-/// A quoted string: quotes and backslashes doubled, control characters dropped, all that is not
+/// A quoted string: quotes and backslashes doubled, control characters and all that is not
 /// ASCII as `\X2\....\X0\` (`\X4\` beyond the basic plane).
 pub fn string(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('\'');
     // The escape that is open: 2 or 4 bytes a character.
     let mut open = 0;
-    for c in text.chars().filter(|c| !c.is_control()) {
-        let width = if c.is_ascii() { 0 } else { 2 + 2 * (c as u32 > 0xFFFF) as u32 };
+    for c in text.chars() {
+        let width = if c.is_ascii() && !c.is_control() { 0 } else { 2 + 2 * (c as u32 > 0xFFFF) as u32 };
         if width != open {
             if open != 0 {
                 out.push_str("\\X0\\");
@@ -137,10 +137,10 @@ mod tests {
 
     #[test]
     fn strings() {
-        assert_eq!(string("it's a \\ test\n\u{7f}"), "'it''s a \\\\ test'");
+        assert_eq!(string("it's a \\ test\n\u{7f}"), r"'it''s a \\ test\X2\000A007F\X0\'");
         assert_eq!(string("Gitter größe"), "'Gitter gr\\X2\\00F600DF\\X0\\e'");
         assert_eq!(string("é🦀x"), "'\\X2\\00E9\\X0\\\\X4\\0001F980\\X0\\x'");
-        assert_eq!(string("');\n#9=EVIL();"), "''');#9=EVIL();'");
+        assert_eq!(string("');\n#9=EVIL();"), r"''');\X2\000A\X0\#9=EVIL();'");
     }
 
     #[test]
