@@ -215,11 +215,12 @@ def render(step: Path, name: str, view: tuple[float, float], radius: float, fine
 # --- what is shown ----------------------------------------------------------------------------------------------------------------
 
 
-def star(directions, length: float) -> dict:
+def star(directions, length: float, radii=None) -> dict:
+    """One node; `radii` are pairs (at the node, at the far end), 1 where absent."""
     d = np.array(directions, float)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     return {"units": "mm", "nodes": [[0.0, 0.0, 0.0], *(length * d).tolist()],
-            "struts": [{"a": 0, "b": i + 1, "ra": 1.0, "rb": 1.0} for i in range(len(d))]}
+            "struts": [{"a": 0, "b": i + 1, "ra": ra, "rb": rb} for i, (ra, rb) in enumerate(radii or [(1.0, 1.0)] * len(d))]}
 
 
 SIGNS = (-1, 1)
@@ -228,6 +229,8 @@ FCC = [p for a in SIGNS for b in SIGNS for p in ((a, b, 0), (a, 0, b), (0, a, b)
 NODES = {
     "node-bcc": (star(BCC, 3.8), (28, 18)),
     "node-octet": (star(FCC, 3.8), (25, 22)),
+    "node-mixed": (star([(1, 0.1, 0), (-0.8, 0.9, 0.2), (-0.3, -1, 0.3), (0.1, 0.2, 1), (0.4, -0.1, -1)], 6.0,
+                        [(1.0, 1.0), (0.35, 0.35), (0.6, 1.1), (0.8, 0.3), (0.2, 0.2)]), (35, 28)),
     "node-irregular": (star(cases.star(9, 11)["nodes"][1:], 7.0), (40, 25)),
 }
 
