@@ -97,6 +97,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         quality.check(&limits).map_err(internal)?;
         Ok(quality)
     })?;
+    let crossings = clock.time("clearance", || clearance(&model, options.overlaps))?;
     let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
     let solids = model.solids.iter().zip(&measures).map(|(solid, m)| solid_facts(solid, m)).collect();
     let measure = brep::measure_total(measures.into_iter());
@@ -120,7 +121,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         },
         rungs,
         cuts: cuts_report(&cuts, &shrunk),
-        changes: lattice.notes.clone(),
+        changes: lattice.notes.iter().cloned().chain(crossings).collect(),
         repairs: Vec::new(), // made before the checks: for the caller to add
         bytes: 0,
         stages: clock.stages,
@@ -226,6 +227,15 @@ fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dy
         return Err(Error::CannotBuild { reasons });
     }
     Ok(built.into_iter().map(|b| b.and_then(Result::ok)).collect())
+}
+
+/// Skins that meet what they should not: the reasons why this cannot be built, or notes where overlaps are kept.
+fn clearance(model: &Model, overlaps: Overlaps) -> Result<Vec<Note>, Error> {
+    match (brep::check_clearance(model), overlaps) {
+        (Ok(()), _) => Ok(vec![]),
+        (Err(faults), Overlaps::Refuse) => Err(Error::CannotBuild { reasons: faults.iter().map(BrepError::to_string).collect() }),
+        (Err(faults), Overlaps::Keep) => Ok(faults.iter().map(|f| Note::new("document", format!("{f}: kept"))).collect()),
+    }
 }
 
 /// What the report keeps of a built node.

@@ -141,10 +141,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
-    let overlaps = match args.overlaps {
-        OverlapsArg::Refuse => Overlaps::Refuse,
-        OverlapsArg::Keep => Overlaps::Keep,
-    };
+    let overlaps = options.overlaps;
     let imported = args.import.read(&args.input)?;
     // overlaps outside the box do not matter: they are judged after the crop
     let in_file = if args.crop.is_some() { Overlaps::Keep } else { overlaps };
@@ -210,6 +207,10 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             // what merging leaves is refused
             OnConflictArg::Refuse | OnConflictArg::Merge => OnConflict::Refuse,
             OnConflictArg::Shrink => OnConflict::Shrink,
+        },
+        overlaps: match args.overlaps {
+            OverlapsArg::Refuse => Overlaps::Refuse,
+            OverlapsArg::Keep => Overlaps::Keep,
         },
         levels: args.levels,
         fairing: match args.fairing {
