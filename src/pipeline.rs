@@ -90,14 +90,13 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let radius = graph.struts().iter().map(|s| s.ra.max(s.rb)).fold(0.0, f64::max);
     let reach = graph.nodes().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let most_gap = MOST_GAP * radius + GAP_STEPS * f64::EPSILON * reach;
-    let quality = clock.time("checks", || {
+    let (quality, crossings) = clock.time("checks", || {
         brep::check_topology(&model).map_err(internal)?;
         let quality = brep::quality(&model, CHECK_SAMPLES, &sharp);
         let limits = QualityLimits { rim_jump_deg: MOST_RIM_JUMP, inner_jump_deg: MOST_INNER_JUMP, gap_mm: most_gap, facing: 0.0 };
         quality.check(&limits).map_err(internal)?;
-        Ok(quality)
+        Ok((quality, clearance(&model, options.overlaps)?))
     })?;
-    let crossings = clock.time("clearance", || clearance(&model, options.overlaps))?;
     let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
     let solids = model.solids.iter().zip(&measures).map(|(solid, m)| solid_facts(solid, m)).collect();
     let measure = brep::measure_total(measures.into_iter());
@@ -231,11 +230,11 @@ fn build_nodes(graph: &Graph, stars: Vec<Star>, options: &Options, progress: &dy
 
 /// Skins that meet what they should not: the reasons why this cannot be built, or notes where overlaps are kept.
 fn clearance(model: &Model, overlaps: Overlaps) -> Result<Vec<Note>, Error> {
-    match (brep::check_clearance(model), overlaps) {
-        (Ok(()), _) => Ok(vec![]),
-        (Err(faults), Overlaps::Refuse) => Err(Error::CannotBuild { reasons: faults.iter().map(BrepError::to_string).collect() }),
-        (Err(faults), Overlaps::Keep) => Ok(faults.iter().map(|f| Note::new("document", format!("{f}: kept"))).collect()),
+    let crossings = brep::crossings(model);
+    if overlaps == Overlaps::Refuse && !crossings.is_empty() {
+        return Err(Error::CannotBuild { reasons: crossings.into_iter().map(|c| BrepError::Crossing(c).to_string()).collect() });
     }
+    Ok(crossings.iter().map(|c| Note::new(format!("nodes[{}]", c.node.0), format!("{c}: kept"))).collect())
 }
 
 /// What the report keeps of a built node.

@@ -15,11 +15,10 @@
 //!
 //! Lengths in mm, in steps 2 to 4 about the node and divided by its reach.
 
-use super::error::BrepError;
 use super::model::{Circle, Model, Solid, SplineSurface, Surface};
 use crate::ids::{NodeId, StrutId};
 use crate::math::nurbs::{Jet1, Table};
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -35,6 +34,8 @@ const TOUCHING: f64 = 1e-9;
 const SMALLEST: f64 = 1e-4;
 /// Points along each side of a patch that meets something, to find out how deep: for the message, not for the verdict.
 const SAMPLES: usize = 17;
+/// Last step of the walk to the deepest place, as a part of a patch's side: for the message alone.
+const FINEST_STEP: f64 = 1e-6;
 
 /// What the skin of a node meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,26 +53,20 @@ pub struct Crossing {
     pub other: Other,
     /// The deepest place found, mm.
     pub at: DVec3,
-    /// Distance of the skin's point there from the other's surface, mm; below zero inside of it. Sampled.
+    /// Distance of the skin's point there from the other's surface, mm; below zero inside of it. From samples: the verdict does not depend on it.
     pub clearance: f64,
 }
 
 impl fmt::Display for Crossing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Crossing { node, other, at, clearance } = self;
+        let Crossing { other, at, clearance, .. } = self;
         let other = match other {
             Other::Strut(strut) => format!("strut {}, which does not end there", strut.0),
             Other::Node(node) => format!("the skin of node {}", node.0),
         };
         let how = if *clearance < 0.0 { format!("crosses {other}, {:.3e} mm deep,", -clearance) } else { format!("touches {other},") };
-        write!(f, "node {}: its skin {how} at [{:.6}, {:.6}, {:.6}]", node.0, at.x, at.y, at.z)
+        write!(f, "its skin {how} at [{:.6}, {:.6}, {:.6}]", at.x, at.y, at.z)
     }
-}
-
-/// No skin meets a strut that does not end at its node, nor another skin.
-pub fn check_clearance(model: &Model) -> Result<(), Vec<BrepError>> {
-    let faults: Vec<_> = crossings(model).into_iter().map(BrepError::Crossing).collect();
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// All crossings, by node and what its skin meets: struts first; two skins once, at the smaller node.
@@ -153,6 +148,28 @@ impl<'a> Skin<'a> {
         let spline = self.patches[patch];
         let [u, v] = [0, 1].map(|k| Table::even(spline.degree[k], &spline.knots[k], SAMPLES));
         self.solid.spline_surface(spline, self.center).jets1([&u, &v])
+    }
+
+    /// The point of a patch with the least value, mm: the best of the samples, walked down from there in ever smaller steps.
+    fn lowest(&self, patch: usize, value: impl Fn(DVec3) -> f64) -> DVec3 {
+        let spline = self.patches[patch];
+        let surface = self.solid.spline_surface(spline, self.center);
+        let point = |t: DVec2| {
+            let [u, v] = [0, 1].map(|k| surface.domain()[k]);
+            self.center + surface.point(u[0] + t.x * (u[1] - u[0]), v[0] + t.y * (v[1] - v[0]))
+        };
+        let value_at = |t: DVec2| value(point(t));
+        let mut step = 1.0 / (SAMPLES - 1) as f64;
+        let grid = (0..SAMPLES * SAMPLES).map(|k| step * DVec2::new((k / SAMPLES) as f64, (k % SAMPLES) as f64));
+        let least = |a: (f64, DVec2), b: (f64, DVec2)| if b.0 < a.0 { b } else { a };
+        let mut best = grid.map(|t| (value_at(t), t)).reduce(least).expect("samples");
+        while step > FINEST_STEP {
+            let around = (0..9).map(|k| (best.1 + step * DVec2::new((k / 3) as f64 - 1.0, (k % 3) as f64 - 1.0)).clamp(DVec2::ZERO, DVec2::ONE));
+            let next = around.map(|t| (value_at(t), t)).fold(best, least);
+            step *= if next.0 < best.0 { 1.0 } else { 0.5 };
+            best = next;
+        }
+        point(best.1)
     }
 }
 
@@ -243,9 +260,8 @@ fn meets_strut(skin: &Skin, nets: &[Net], frame: &Frame, strut: &Strut) -> Optio
         if let Some(at) = parts.iter().filter(|part| boxes_meet(net, *part)).find_map(|part| contact(net, part)) {
             let at = frame.back(at);
             deepest.consider(strut.clearance(at), at);
-            for jet in skin.samples(patch) {
-                deepest.consider(strut.clearance(skin.center + jet.p), skin.center + jet.p);
-            }
+            let lowest = skin.lowest(patch, |p| strut.clearance(p));
+            deepest.consider(strut.clearance(lowest), lowest);
         }
     }
     if deepest.0.is_none() && !std::ptr::eq(skin.solid, strut.solid) {

@@ -34,6 +34,6 @@ pub enum BrepError {
     Gap { place: String, gap: f64, limit: f64 },
     #[error("{place}: normals jump by {jump:.3e} degrees; at most {limit:.3e} is allowed")]
     Jump { place: String, jump: f64, limit: f64 },
-    #[error("{0}")]
+    #[error("node {node}: {0}", node = .0.node.0)]
     Crossing(Crossing),
 }

@@ -15,7 +15,7 @@ pub mod seam;
 pub mod topology;
 
 pub use assemble::{AssembleOptions, Caps, assemble};
-pub use clearance::{Crossing, Other, check_clearance, crossings};
+pub use clearance::{Crossing, Other, crossings};
 pub use continuity::{Quality, QualityLimits, Worst, quality};
 pub use error::BrepError;
 pub use measure::{Measure, measure, total as measure_total};
