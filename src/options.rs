@@ -1,6 +1,7 @@
 //! What a user can ask for, as the pipeline takes it. The doors (command line, later others) fill this in once.
 
 use crate::brep::Caps;
+use crate::graph::check::Overlaps;
 use crate::node::Fairing;
 use crate::step::StepOptions;
 
@@ -20,6 +21,8 @@ pub struct Options {
     /// λ of the paper's equation 5: how far cuts reach beyond the least. In (0, 0.5).
     pub lambda: f64,
     pub on_conflict: OnConflict,
+    /// What to do where the skin of a node meets a strut that does not end there, or another skin.
+    pub overlaps: Overlaps,
     /// Refinement levels of the film (the paper: 3).
     pub levels: u32,
     pub fairing: Fairing,
@@ -35,6 +38,7 @@ impl Default for Options {
         Options {
             lambda: 0.3,
             on_conflict: OnConflict::Refuse,
+            overlaps: Overlaps::Refuse,
             levels: 3,
             fairing: Fairing::Ray,
             tolerance: 0.05,

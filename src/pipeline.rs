@@ -87,12 +87,12 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let radius = graph.struts().iter().map(|s| s.ra.max(s.rb)).fold(0.0, f64::max);
     let reach = graph.nodes().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let most_gap = MOST_GAP * radius + GAP_STEPS * f64::EPSILON * reach;
-    let quality = clock.time("checks", || {
+    let (quality, crossings) = clock.time("checks", || {
         brep::check_topology(&model).map_err(internal)?;
         let quality = brep::quality(&model, CHECK_SAMPLES, &sharp);
         let limits = QualityLimits { rim_jump_deg: MOST_RIM_JUMP, inner_jump_deg: MOST_INNER_JUMP, gap_mm: most_gap, facing: 0.0 };
         quality.check(&limits).map_err(internal)?;
-        Ok(quality)
+        Ok((quality, clearance(&model, options.overlaps)?))
     })?;
     let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
     let solids = model.solids.iter().zip(&measures).map(|(solid, m)| solid_facts(solid, m)).collect();
@@ -117,7 +117,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         },
         rungs,
         cuts: cuts_report(&cuts, &shrunk),
-        changes: lattice.notes.clone(),
+        changes: lattice.notes.iter().cloned().chain(crossings).collect(),
         repairs: Vec::new(), // made before the checks: for the caller to add
         bytes: 0,
         stages: clock.stages,
@@ -154,6 +154,15 @@ fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
         shrunk: shrunk.iter().map(|s| ShrunkStrut { strut: s.strut, before_mm: s.before, after_mm: s.after, volume_mm3: s.volume }).collect(),
         shrunk_volume_mm3: shrunk.iter().map(|s| s.volume).sum(),
     }
+}
+
+/// Skins that meet what they should not: the reasons why this cannot be built, or notes where overlaps are kept.
+fn clearance(model: &Model, overlaps: Overlaps) -> Result<Vec<Note>, Error> {
+    let crossings = brep::crossings(model);
+    if overlaps == Overlaps::Refuse && !crossings.is_empty() {
+        return Err(Error::CannotBuild { reasons: crossings.into_iter().map(|c| BrepError::Crossing(c).to_string()).collect() });
+    }
+    Ok(crossings.iter().map(|c| Note::new(format!("nodes[{}]", c.node.0), format!("{c}: kept"))).collect())
 }
 
 /// What the report keeps of a built node.

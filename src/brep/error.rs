@@ -1,5 +1,6 @@
 //! Everything that can be wrong with a solid, one variant per invariant.
 
+use super::clearance::Crossing;
 use crate::ids::{NodeId, StrutId};
 
 /// A fault found while a solid is put together or checked before writing.
@@ -33,4 +34,6 @@ pub enum BrepError {
     Gap { place: String, gap: f64, limit: f64 },
     #[error("{place}: normals jump by {jump:.3e} degrees; at most {limit:.3e} is allowed")]
     Jump { place: String, jump: f64, limit: f64 },
+    #[error("node {node}: {0}", node = .0.node.0)]
+    Crossing(Crossing),
 }

@@ -5,6 +5,7 @@
 //! cylinders, cones and circles, ids that depend on the graph alone. Each promise has its own check.
 
 pub mod assemble;
+pub mod clearance;
 pub mod continuity;
 pub mod error;
 pub mod measure;
@@ -14,6 +15,7 @@ pub mod seam;
 pub mod topology;
 
 pub use assemble::{AssembleOptions, Caps, assemble};
+pub use clearance::{Crossing, Other, crossings};
 pub use continuity::{Quality, QualityLimits, Worst, quality};
 pub use error::BrepError;
 pub use measure::{Measure, measure, total as measure_total};

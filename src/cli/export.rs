@@ -64,8 +64,8 @@ pub struct ExportArgs {
     /// Build just the part inside a box (mm): xmin,ymin,zmin:xmax,ymax,zmax. Struts cut by it become free ends
     #[arg(long, value_parser = parse_box, allow_hyphen_values = true)]
     crop: Option<[DVec3; 2]>,
-    /// Struts that share no node and are nearer than their radii: refuse them, or keep them (the solid then crosses
-    /// itself there, and the report says where)
+    /// Struts that share no node and are nearer than their radii, and nodes whose skin meets a strut or skin of others: refuse
+    /// them, or keep them (the solid then crosses itself there, and the report says where)
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
     /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, shrink
@@ -211,6 +211,10 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             // what merging leaves is refused
             OnConflictArg::Refuse | OnConflictArg::Merge => OnConflict::Refuse,
             OnConflictArg::Shrink => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
+        },
+        overlaps: match args.overlaps {
+            OverlapsArg::Refuse => Overlaps::Refuse,
+            OverlapsArg::Keep => Overlaps::Keep,
         },
         levels: args.levels,
         fairing: match args.fairing {

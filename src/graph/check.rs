@@ -21,7 +21,7 @@ const EQUAL_RADII: f64 = 1e-12;
 /// that its doubles are coarser cannot have rims in the right place; STEP files are written to about 1e-7. Guessed.
 const COARSEST_STEP: f64 = 1e-6;
 
-/// What to do with struts that come closer than their radii without sharing a node.
+/// What to do with struts that come closer than their radii without sharing a node, and with skins that meet what is not theirs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Overlaps {
     /// Each is a fault.
