@@ -324,7 +324,13 @@ fn verdict(faults: &[Fault], overlaps: usize, cuts: usize, solids: usize) -> Ver
     if accepted {
         reasons.push(format!("{solids} solid{}", if solids == 1 { "" } else { "s" }));
     }
-    let exit_code = if accepted { 0 } else if faults.is_empty() && overlaps == 0 { 3 } else { 2 };
+    let exit_code = if accepted {
+        0
+    } else if faults.is_empty() && overlaps == 0 {
+        3
+    } else {
+        2
+    };
     Verdict { accepted, exit_code, reasons }
 }
 

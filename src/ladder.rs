@@ -49,7 +49,6 @@ pub struct Built {
     pub reasons: Vec<String>,
 }
 
-
 /// Build one node with at least one strut; on failure the reasons, one for each rung.
 pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {
     if star.degree() == 1 {

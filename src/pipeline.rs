@@ -139,12 +139,7 @@ pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progre
 
 fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
     let count = |means| cuts.means.iter().filter(|&&m| m == means).count();
-    let changed = |k: usize| ChangedCuts {
-        strut: StrutId(k as u32),
-        means: cuts.means[k].name().into(),
-        before_mm: cuts.preferred[k],
-        after_mm: cuts.at[k],
-    };
+    let changed = |k: usize| ChangedCuts { strut: StrutId(k as u32), means: cuts.means[k].name().into(), before_mm: cuts.preferred[k], after_mm: cuts.at[k] };
     report::Cuts {
         preferred: count(Means::Preferred),
         smaller_lambda: count(Means::SmallerLambda),
@@ -282,4 +277,3 @@ impl Write for Counting<'_> {
         self.inner.flush()
     }
 }
-

@@ -42,8 +42,8 @@ use lattice_brep::math::gauss;
 use lattice_brep::math::nurbs::{NurbsCurve, NurbsSurface};
 use lattice_brep::node::star::angle;
 use lattice_brep::node::{Film, Method, Star, cut};
-use lattice_brep::patch::check::{self, Quality};
 use lattice_brep::patch::Degree;
+use lattice_brep::patch::check::{self, Quality};
 use lattice_brep::patch::layout::{Layout, Sector};
 use lattice_brep::patch::map::SectorMap;
 use lattice_brep::patch::{self, Patch, Rim, Skin, SkinCurve, SkinEdge};
@@ -276,8 +276,7 @@ impl Net {
             next += 1;
             unknown(next - 1)
         };
-        let creases: Vec<[Form; 5]> =
-            layout.creases.iter().map(|c| [unknown(c.corners[0]), fresh(), fresh(), fresh(), unknown(c.corners[1])]).collect();
+        let creases: Vec<[Form; 5]> = layout.creases.iter().map(|c| [unknown(c.corners[0]), fresh(), fresh(), fresh(), unknown(c.corners[1])]).collect();
         let shifted = |point: DVec3, arm: usize, f: f64| Form { terms: vec![(free + arm, -f)], fixed: point };
         let radials: Vec<[Form; 5]> = layout
             .radials
@@ -481,7 +480,8 @@ impl Kkt {
                 entries.extend([Triplet::new(free + row, column, c), Triplet::new(column, free + row, c)]);
             }
         }
-        let build = |entries: &[Triplet<usize, usize, f64>]| SparseColMat::try_new_from_triplets(size, size, entries).map_err(|e| format!("assembly failed: {e:?}"));
+        let build =
+            |entries: &[Triplet<usize, usize, f64>]| SparseColMat::try_new_from_triplets(size, size, entries).map_err(|e| format!("assembly failed: {e:?}"));
         let exact = build(&entries)?;
         entries.extend((free..size).map(|k| Triplet::new(k, k, -REGULARISATION)));
         let factors = build(&entries)?.sp_lu().map_err(|e| format!("the KKT matrix is singular: {e:?}"))?;
@@ -663,7 +663,13 @@ impl Tally {
         let w = &self.worst;
         format!(
             "| {node} | {construction} | {points} | {:.0e} | {:.0e} | {:.0e} | {:.3} | {:.1e} / {:.1e} | {failures} | {:.0} |",
-            w.jump, w.rim_jump, self.rim_gap, w.facing, w.deviation, self.mean_deviation / self.built as f64, self.milliseconds / self.nodes as f64
+            w.jump,
+            w.rim_jump,
+            self.rim_gap,
+            w.facing,
+            w.deviation,
+            self.mean_deviation / self.built as f64,
+            self.milliseconds / self.nodes as f64
         )
     }
 }

@@ -110,7 +110,8 @@ fn preferred_cuts_of_unequal_radii_part_caps_and_keep_rims_out_of_other_struts()
     for seed in 1..=1000 {
         let mut numbers = Random::new(seed);
         let axes = random(seed, 2 + (seed % 7) as usize, 5.0 + 10.0 * numbers.next());
-        let cones: Vec<Cone> = axes.iter().map(|_| Cone { r: 10f64.powf(numbers.next()), k: if seed % 2 == 0 { 0.0 } else { 0.06 * numbers.next() - 0.03 } }).collect();
+        let cones: Vec<Cone> =
+            axes.iter().map(|_| Cone { r: 10f64.powf(numbers.next()), k: if seed % 2 == 0 { 0.0 } else { 0.06 * numbers.next() - 0.03 } }).collect();
         let cut = |i: usize| preferred::cut(&cones, i, |j| angle(axes[i], axes[j]), 0.0);
         for i in 0..axes.len() {
             let rim = cones[i].r + cones[i].k * cut(i);
@@ -325,7 +326,10 @@ fn figures_of_given_lattices() {
         match result {
             Ok(cuts) => {
                 let same = paper.iter().zip(&cuts.at).filter(|(p, c)| (0..2).all(|k| p[k].to_bits() == c[k].to_bits())).count();
-                println!("  {same} with the paper's cuts to the bit, {} with nodes of unequal radii", paper.iter().filter(|p| p.iter().any(|x| x.is_nan())).count());
+                println!(
+                    "  {same} with the paper's cuts to the bit, {} with nodes of unequal radii",
+                    paper.iter().filter(|p| p.iter().any(|x| x.is_nan())).count()
+                );
                 print_means(&cuts.means);
             }
             Err(conflicts) => {
@@ -340,7 +344,12 @@ fn figures_of_given_lattices() {
                 let shrunk = shrunk(&graph, &small);
                 println!("  shrink {:.3} s", start.elapsed().as_secs_f64());
                 print_means(&cuts.means);
-                let volume: f64 = graph.struts().iter().zip(small.struts()).map(|(s, _)| s.ra * s.ra * std::f64::consts::PI * graph.nodes()[s.a.index()].distance(graph.nodes()[s.b.index()])).sum();
+                let volume: f64 = graph
+                    .struts()
+                    .iter()
+                    .zip(small.struts())
+                    .map(|(s, _)| s.ra * s.ra * std::f64::consts::PI * graph.nodes()[s.a.index()].distance(graph.nodes()[s.b.index()]))
+                    .sum();
                 let lost: f64 = shrunk.iter().map(|s| s.volume).sum();
                 let least = shrunk.iter().map(|s| s.after[0] / s.before[0]).fold(1.0, f64::min);
                 let mean = shrunk.iter().map(|s| s.after[0] / s.before[0]).sum::<f64>() / shrunk.len() as f64;

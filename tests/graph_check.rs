@@ -78,8 +78,7 @@ fn places_agree_with_comparing_all_pairs() {
         seed = u64::wrapping_mul(seed, 6364136223846793005).wrapping_add(1442695040888963407);
         (seed >> 33) % n
     };
-    let nodes: Vec<DVec3> =
-        (0..4000).map(|_| dvec3(random(10) as f64, random(10) as f64, random(10) as f64) + 1e-12 * random(9) as f64).collect();
+    let nodes: Vec<DVec3> = (0..4000).map(|_| dvec3(random(10) as f64, random(10) as f64, random(10) as f64) + 1e-12 * random(9) as f64).collect();
     let earlier = |n: usize| (0..n).any(|m| nodes[m].distance(nodes[n]) < 1e-9);
     let expected: Vec<String> = (0..nodes.len()).filter(|&n| earlier(n)).map(|n| format!("nodes[{n}]")).collect();
     assert!(expected.len() > 2900);
@@ -203,8 +202,7 @@ fn node_without_struts_is_noted_and_keeps_the_ids_of_the_others() {
 
 #[test]
 fn radii_that_differ_by_round_off_become_equal_and_are_noted() {
-    let text =
-        r#"{"nodes":[[0,0,0],[9,0,0],[0,9,0]],"struts":[{"a":0,"b":1,"ra":0.3,"rb":0.3},{"a":0,"b":2,"ra":0.30000000000000004,"rb":0.3}]}"#;
+    let text = r#"{"nodes":[[0,0,0],[9,0,0],[0,9,0]],"struts":[{"a":0,"b":1,"ra":0.3,"rb":0.3},{"a":0,"b":2,"ra":0.30000000000000004,"rb":0.3}]}"#;
     let lattice = graph::read(text.as_bytes()).unwrap();
     assert!(lattice.graph.struts().iter().all(|s| s.ra == 0.3 && s.rb == 0.3));
     assert_eq!(lattice.notes.len(), 1);
@@ -213,8 +211,7 @@ fn radii_that_differ_by_round_off_become_equal_and_are_noted() {
 
 #[test]
 fn overlaps_are_refused_or_kept_as_notes() {
-    let text =
-        br#"{"nodes":[[0,0,0],[10,0,0],[5,-5,1],[5,5,1]],"struts":[{"a":0,"b":1,"ra":0.6,"rb":0.6},{"a":2,"b":3,"ra":0.6,"rb":0.6}]}"#;
+    let text = br#"{"nodes":[[0,0,0],[10,0,0],[5,-5,1],[5,5,1]],"struts":[{"a":0,"b":1,"ra":0.6,"rb":0.6},{"a":2,"b":3,"ra":0.6,"rb":0.6}]}"#;
     let Err(Error::BadInput(faults)) = graph::read(text) else { panic!("refused") };
     assert_eq!(paths(&faults), ["struts[1]"]);
     let lattice = graph::read_with(text, Overlaps::Keep).unwrap();

@@ -62,10 +62,7 @@ fn not_json_names_the_place_where_it_ends() {
     let (path, found) = found(&SOUND[..60]);
     assert!(path.starts_with("struts") && found.starts_with("EOF while parsing"), "{path}: {found}");
     let (_, faults) = json::read(b"{\"nodes\":\xff}");
-    assert_eq!(
-        (faults.len(), faults[0].path.as_str(), faults[0].found.as_str()),
-        (1, "document", "a byte that is not UTF-8 at position 9")
-    );
+    assert_eq!((faults.len(), faults[0].path.as_str(), faults[0].found.as_str()), (1, "document", "a byte that is not UTF-8 at position 9"));
 }
 
 #[test]
@@ -78,8 +75,7 @@ fn deep_nesting_is_refused_and_does_not_overflow_the_stack() {
 fn missing_fields_are_all_named() {
     assert_eq!(refused("{}"), [one("nodes", "nothing"), one("struts", "nothing")].concat());
     let text = r#"{"nodes":[[0,0,0],[1,2]],"struts":[{"a":0,"ra":1,"rb":1},{"a":0,"b":1}]}"#;
-    let expected =
-        [one("nodes[1]", "2 values"), one("struts[0].b", "nothing"), one("struts[1].ra", "nothing"), one("struts[1].rb", "nothing")];
+    let expected = [one("nodes[1]", "2 values"), one("struts[0].b", "nothing"), one("struts[1].ra", "nothing"), one("struts[1].rb", "nothing")];
     assert_eq!(refused(text), expected.concat());
 }
 
@@ -103,8 +99,7 @@ fn duplicate_fields_are_refused() {
 fn wrong_types_are_all_named() {
     assert_eq!(refused("[1]"), one("document", "an array of 1"));
     assert_eq!(refused(r#"{"nodes":7,"struts":{}}"#), [one("nodes", "7"), one("struts", "an object")].concat());
-    let text =
-        r#"{"name":5,"nodes":[[0,"x",null],7],"struts":[{"a":-1,"b":1.5,"ra":"thick","rb":[1]},3,{"a":4294967296,"b":0,"ra":1,"rb":1}]}"#;
+    let text = r#"{"name":5,"nodes":[[0,"x",null],7],"struts":[{"a":-1,"b":1.5,"ra":"thick","rb":[1]},3,{"a":4294967296,"b":0,"ra":1,"rb":1}]}"#;
     let expected = [
         one("name", "5"),
         one("nodes[0][1]", "\"x\""),

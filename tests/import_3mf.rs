@@ -37,7 +37,9 @@ const VERTICES: &str = r#"<vertices><vertex x="0" y="0" z="0"/><vertex x="10 " y
 
 /// An object of three beams; the last vertex has none.
 fn object(lattice: &str, beams: &str) -> String {
-    format!(r#"<object id="1" name="Corner" type="model"><mesh>{VERTICES}<triangles><triangle v1="0" v2="1" v3="2"/></triangles><b:beamlattice {lattice}><b:beams>{beams}</b:beams></b:beamlattice></mesh></object>"#)
+    format!(
+        r#"<object id="1" name="Corner" type="model"><mesh>{VERTICES}<triangles><triangle v1="0" v2="1" v3="2"/></triangles><b:beamlattice {lattice}><b:beams>{beams}</b:beams></b:beamlattice></mesh></object>"#
+    )
 }
 
 const BEAMS: &str = r#"<b:beam v1="0" v2="1"/><b:beam v1="0" v2="2" r1="0.5"/><b:beam v1="3" v2="0" r1="0.75" r2="1.25" cap1="butt" cap2="hemisphere"/>"#;
@@ -141,7 +143,10 @@ fn beams_shorter_than_the_minimum_are_left_out() {
 fn a_default_radius_of_zero_asks_for_a_rule_where_a_beam_has_none() {
     let part = || package(&model(&object(r#"radius="0""#, BEAMS), ITEM));
     let found = faults(&read("zero.3mf", part()));
-    assert!(found.len() == 1 && found[0].starts_with("object[1].beams[0]: found no radius for 1 of 3 struts of this 3MF file, wanted `--radius-rule"), "{found:?}");
+    assert!(
+        found.len() == 1 && found[0].starts_with("object[1].beams[0]: found no radius for 1 of 3 struts of this 3MF file, wanted `--radius-rule"),
+        "{found:?}"
+    );
     let options = ImportOptions { radius_rule: Some(RadiusRule::Shortest(10.0)), unit: None };
     let radii: Vec<_> = (0..3).map(|k| strut(&read_with("zero.3mf", part(), &options), k).2).collect();
     assert_eq!(radii, [[1.0, 1.0], [0.5, 0.5], [0.75, 1.25]]);
@@ -152,7 +157,10 @@ fn a_default_radius_of_zero_asks_for_a_rule_where_a_beam_has_none() {
 #[test]
 fn objects_of_other_model_files_are_found_by_path() {
     let root = model("", r#"<item objectid="1" p:path="/3D/Objects/a.model"/>"#);
-    let part = read("split.3mf", archive(&[("_rels/.rels", RELS.as_bytes()), ("3D/3dmodel.model", root.as_bytes()), ("3D/Objects/a.model", model(&corner(), "").as_bytes())]));
+    let part = read(
+        "split.3mf",
+        archive(&[("_rels/.rels", RELS.as_bytes()), ("3D/3dmodel.model", root.as_bytes()), ("3D/Objects/a.model", model(&corner(), "").as_bytes())]),
+    );
     assert_eq!((count(&part), faults(&part)), ((4, 3), vec![]));
     let bad = model(&object(r#"radius="1""#, r#"<b:beam v1="0" v2="9"/>"#), "");
     let part = read("split.3mf", archive(&[("_rels/.rels", RELS.as_bytes()), ("3D/3dmodel.model", root.as_bytes()), ("3D/Objects/a.model", bad.as_bytes())]));
@@ -161,8 +169,12 @@ fn objects_of_other_model_files_are_found_by_path() {
 
 #[test]
 fn every_bad_value_is_told_with_its_path() {
-    let beams = r#"<b:beam v1="0" v2="5"/><b:beam v1="-1" v2="1"/><b:beam v2="1"/><b:beam v1="0" v2="1" r1="-2"/><b:beam v1="0" v2="1" r1="nan" r2="x&quot;y&#x9;"/>"#;
-    let bad = model(&object(r#"radius="1e999""#, beams).replace(r#"x="99""#, r#"x="inf""#).replace(r#"y="99""#, ""), r#"<item objectid="1"/><item objectid="7"/><item/>"#);
+    let beams =
+        r#"<b:beam v1="0" v2="5"/><b:beam v1="-1" v2="1"/><b:beam v2="1"/><b:beam v1="0" v2="1" r1="-2"/><b:beam v1="0" v2="1" r1="nan" r2="x&quot;y&#x9;"/>"#;
+    let bad = model(
+        &object(r#"radius="1e999""#, beams).replace(r#"x="99""#, r#"x="inf""#).replace(r#"y="99""#, ""),
+        r#"<item objectid="1"/><item objectid="7"/><item/>"#,
+    );
     assert_eq!(
         faults(&read("bad.3mf", package(&bad.replace("millimeter", "furlong")))),
         [
@@ -181,7 +193,10 @@ fn every_bad_value_is_told_with_its_path() {
         ]
     );
     let bare = r#"<object id="1"><mesh><vertices/><triangles/></mesh></object>"#;
-    assert_eq!(faults(&read("bare.3mf", package(&model(bare, ITEM)))), ["build: found 1 items without a beam lattice (0 objects with one), wanted an item whose object has a <beamlattice>"]);
+    assert_eq!(
+        faults(&read("bare.3mf", package(&model(bare, ITEM)))),
+        ["build: found 1 items without a beam lattice (0 objects with one), wanted an item whose object has a <beamlattice>"]
+    );
 }
 
 #[test]
@@ -205,7 +220,10 @@ fn zip_bombs_end_early() {
     let zeros = archive(&[("_rels/.rels", RELS.as_bytes()), ("3D/3dmodel.model", &vec![b' '; 64 << 20])]);
     assert!(zeros.len() < 100_000);
     let found = faults(&read("bomb.3mf", zeros));
-    assert!(found.len() == 1 && found[0].starts_with("3D/3dmodel.model: found more than ") && found[0].ends_with("wanted a file that is not a zip bomb"), "{found:?}");
+    assert!(
+        found.len() == 1 && found[0].starts_with("3D/3dmodel.model: found more than ") && found[0].ends_with("wanted a file that is not a zip bomb"),
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -225,7 +243,10 @@ fn dtds_entities_and_broken_xml_are_refused() {
     let cases = [
         (model(&corner(), ITEM).replace("<model", &format!("{dtd}<model")), "a DTD (<!DOCTYPE), wanted XML without DTD and entities"),
         (model(&corner(), ITEM).replace("\"Corner\"", "\"&b;\""), "wanted well-formed attributes, without entities of their own"),
-        (model(&corner(), ITEM).replace("<resources>", "<metadata name=\"Title\">&b;</metadata><resources>"), "an entity, wanted text without entities of its own"),
+        (
+            model(&corner(), ITEM).replace("<resources>", "<metadata name=\"Title\">&b;</metadata><resources>"),
+            "an entity, wanted text without entities of its own",
+        ),
         (model(&corner(), ITEM).replace("</build></model>", ""), "found the end of the text, wanted an end of <build>"),
         (model(&corner(), ITEM).replace("</mesh>", "</mush>"), "wanted well-formed XML"),
         (model(&corner(), ITEM).replace("v1=\"0\"", "v1=0"), "wanted well-formed attributes"),
@@ -243,7 +264,10 @@ fn archives_that_lie_or_lack_the_model_are_refused() {
     let whole = package(&model(&corner(), ITEM));
     let cut = &whole[..whole.len() / 2];
     assert!(faults(&read("cut.3mf", cut))[0].contains("wanted a zip archive with a 3MF model"));
-    assert_eq!(faults(&read("none.3mf", archive(&[("other.txt", b"x")]))), ["3D/3dmodel.model: found no such file, wanted a file of the archive, stored or deflated, not encrypted"]);
+    assert_eq!(
+        faults(&read("none.3mf", archive(&[("other.txt", b"x")]))),
+        ["3D/3dmodel.model: found no such file, wanted a file of the archive, stored or deflated, not encrypted"]
+    );
     // a path that leaves the archive is only a name that is not there
     let escape = RELS.replace("/3D/3dmodel.model", "../../../etc/passwd");
     let found = faults(&read("escape.3mf", archive(&[("_rels/.rels", escape.as_bytes())])));

@@ -58,7 +58,8 @@ fn content_of_no_format_is_named_where_possible() {
 
 #[test]
 fn deep_json_is_refused() {
-    for text in [format!("{{\"nodes\":{}", "[".repeat(1_000_000)), format!("{{\"nodes\":{}1{}", "[".repeat(200), "]".repeat(200)), "{\"a\":".repeat(1_000_000)] {
+    for text in [format!("{{\"nodes\":{}", "[".repeat(1_000_000)), format!("{{\"nodes\":{}1{}", "[".repeat(200), "]".repeat(200)), "{\"a\":".repeat(1_000_000)]
+    {
         let part = read("deep.json", &text);
         assert_eq!((part.format, count(&part)), (Some(Format::Json), (0, 0)));
         assert!(!part.faults.is_empty() && part.faults.iter().all(|f| f.to_string().len() < 300), "{:?}", part.faults);
@@ -96,7 +97,8 @@ fn export_reads_files_as_users_have_them_and_writes_nothing_after_a_fault() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, more: &[&str]| {
         let output = folder.path().join("out.step");
-        let out = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("export").arg(folder.path().join(name)).arg("-o").arg(&output).args(more).output().unwrap();
+        let out =
+            Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("export").arg(folder.path().join(name)).arg("-o").arg(&output).args(more).output().unwrap();
         let written = output.exists();
         let _ = std::fs::remove_file(output);
         (out.status.code(), String::from_utf8(out.stderr).unwrap(), written)
@@ -122,7 +124,11 @@ fn a_name_comes_back_equal_from_the_step_file() {
     let folder = tempfile::tempdir().unwrap();
     let name = "a \"b\" 'c' \\ ../../etc/passwd größe 中 🦀";
     let text = serde_json::json!({"name": name, "nodes": [[0, 0, 0], [9, 0, 0]], "struts": [{"a": 0, "b": 1, "ra": 1, "rb": 1}]}).to_string();
-    for (text, wanted) in [(&text, name), (&text.replace("etc", "\\u0001\\n"), &name.replace("etc", "")), (&r#"{"name":"\n ","nodes":[[0,0,0],[9,0,0]],"struts":[{"a":0,"b":1,"ra":1,"rb":1}]}"#.to_owned(), "rod")] {
+    for (text, wanted) in [
+        (&text, name),
+        (&text.replace("etc", "\\u0001\\n"), &name.replace("etc", "")),
+        (&r#"{"name":"\n ","nodes":[[0,0,0],[9,0,0]],"struts":[{"a":0,"b":1,"ra":1,"rb":1}]}"#.to_owned(), "rod"),
+    ] {
         let (input, output) = (folder.path().join("rod.json"), folder.path().join("rod.step"));
         std::fs::write(&input, text).unwrap();
         let out = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("export").arg(&input).arg("-o").arg(&output).output().unwrap();

@@ -53,12 +53,18 @@ fn tetgen_files_are_found_from_any_of_them() {
 #[test]
 fn tetgen_files_that_are_not_there_or_lie_are_refused() {
     let files = |name: &str, text: &str, beside: &[(&str, &str)]| faults(&read_beside(name, text, beside, &EIGHTH));
-    assert_eq!(files("a.node", NODE, &[]), ["document: found no .edge or .ele file beside it, wanted a .node file, and a .edge or .ele file, with the same stem"]);
+    assert_eq!(
+        files("a.node", NODE, &[]),
+        ["document: found no .edge or .ele file beside it, wanted a .node file, and a .edge or .ele file, with the same stem"]
+    );
     assert_eq!(files("a.ele", ELE, &[]), ["document: found no .node file beside it, wanted a .node file, and a .edge or .ele file, with the same stem"]);
     let claimed = NODE.replace("6 3 1 1", "1000000000 3 0 0");
     assert_eq!(files("a.node", &claimed, &[("ele", ELE)]), [".node line 2: found a count of 1000000000, then 6 lines, wanted as many lines as the count says"]);
     assert_eq!(files("a.node", &NODE.replace("6 3 1 1", "6 2 1 1"), &[("ele", ELE)]), [".node line 1: found 2 dimensions, wanted [3] dimensions"]);
-    assert_eq!(files("a.node", &NODE.replace("6 3 1 1", "many"), &[("ele", ELE)]), [".node line 2: found no count, wanted the first line of a .node file, with the number of items"]);
+    assert_eq!(
+        files("a.node", &NODE.replace("6 3 1 1", "many"), &[("ele", ELE)]),
+        [".node line 2: found no count, wanted the first line of a .node file, with the number of items"]
+    );
     assert_eq!(
         files("a.ele", &ELE.replace("2 3 4 5", "2 3 4 99"), &[("node", &NODE.replace("4 0 0", "4 nan 0").replace("5  3", "1  3"))]),
         [
@@ -77,7 +83,13 @@ fn gmsh_versions_2_and_4_give_the_same_lattice() {
     assert_eq!((four.format, count(&four), faults(&four)), (Some(Format::Gmsh), (6, 10), vec![]));
     assert_eq!(shape(&two), shape(&four));
     for file in [&two, &four] {
-        assert_eq!(notes(file)[..2], ["document: left out: 1 points, 1 triangles; only lines and the edges of tetrahedra are struts", "document: 2 tetrahedra and 1 lines: 10 struts, each edge once"]);
+        assert_eq!(
+            notes(file)[..2],
+            [
+                "document: left out: 1 points, 1 triangles; only lines and the edges of tetrahedra are struts",
+                "document: 2 tetrahedra and 1 lines: 10 struts, each edge once"
+            ]
+        );
     }
     let metres = ImportOptions { unit: Some(Units::M), ..EIGHTH };
     assert_eq!(strut(&read_with("two.msh", TWO, &metres), 0), ([0.0; 3], [4000.0, 0.0, 0.0], [250.0; 2]));
@@ -95,7 +107,10 @@ fn gmsh_files_that_lie_or_cannot_be_read_are_refused() {
         (TWO.replace("2 30 4 5\n", "2 31 4\n"), "line 22: found `31`, wanted the number of one of the 6 nodes"),
         (TWO.replace("30 0 3 0", "2 0 3 inf"), "line 12: found `inf` as z, wanted a finite number"),
         (TWO.replace("4 4 2 0 1 2", "4 four 2 0 1 2"), "line 22: found `four`, wanted the type of an element"),
-        ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 3 0 1 1 1 1\n".into(), "document: found 1 quadrangles, wanted line elements or tetrahedra, whose edges become struts"),
+        (
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n1 3 0 1 1 1 1\n".into(),
+            "document: found 1 quadrangles, wanted line elements or tetrahedra, whose edges become struts",
+        ),
     ];
     for (text, wanted) in cases {
         let found = faults(&read_with("bad.msh", &text, &EIGHTH));
@@ -122,7 +137,10 @@ fn legacy_vtk_that_lies_is_refused() {
     let cases = [
         (LINES.replace("POINTS 6", "POINTS 1000000000"), "line 8: found 3000000000 coordinates claimed, then 18 and `CELLS`, wanted as many as the count says"),
         (LINES.replace("POINTS 6", "POINTS 99999999999999999999"), "line 5: found `99999999999999999999`, wanted the number of points"),
-        (LINES.replace("POINTS 6", "POINTS 18446744073709551615"), "line 8: found 18446744073709551615 coordinates claimed, then 18 and `CELLS`, wanted as many as the count says"),
+        (
+            LINES.replace("POINTS 6", "POINTS 18446744073709551615"),
+            "line 8: found 18446744073709551615 coordinates claimed, then 18 and `CELLS`, wanted as many as the count says",
+        ),
         (LINES.replace("3 5 0 1", "4e9 5 0 1"), "line 11: found a cell of 4000000000 points, then 11 values, wanted as many as the count says"),
         (LINES.replace("CELLS 3 12", "CELLS 5 12"), "line 11: found 5 cells claimed, then 3, wanted as many as the count says"),
         (LINES.replace("2 0 2\n", "2 0 6\n"), "cells[1]: found the points 0 6, wanted 2 point numbers below 6"),
@@ -196,7 +214,8 @@ fn length(bytes: &[u8]) -> [u8; 4] {
 #[test]
 fn vtu_arrays_may_be_base64_appended_raw_or_packed() {
     let inline = vtu("", |b| (r#"format="binary""#.into(), base64(&[&length(b), b].concat())), "");
-    let long = vtu(r#"header_type="UInt64""#, |b| (r#"format="binary""#.into(), format!("\n  {}\n", base64(&[&(b.len() as u64).to_le_bytes(), b].concat()))), "");
+    let long =
+        vtu(r#"header_type="UInt64""#, |b| (r#"format="binary""#.into(), format!("\n  {}\n", base64(&[&(b.len() as u64).to_le_bytes(), b].concat()))), "");
     // header and data each with their own padding, two blocks
     let zlib = vtu(
         r#"compressor="vtkZLibDataCompressor""#,
@@ -231,7 +250,9 @@ fn vtu_arrays_may_be_base64_appended_raw_or_packed() {
     );
     let (before, after) = raw.split_once('@').unwrap();
     let raw = [before.as_bytes(), br#"<AppendedData encoding="raw">_"#, &data, b"</AppendedData>", after.as_bytes()].concat();
-    for (what, bytes) in [("inline", inline.as_bytes()), ("long", long.as_bytes()), ("zlib", zlib.as_bytes()), ("appended", appended.as_bytes()), ("raw", &raw[..])] {
+    for (what, bytes) in
+        [("inline", inline.as_bytes()), ("long", long.as_bytes()), ("zlib", zlib.as_bytes()), ("appended", appended.as_bytes()), ("raw", &raw[..])]
+    {
         let part = read("a.vtu", bytes);
         assert_eq!((part.format, count(&part), faults(&part)), (Some(Format::Vtu), (5, 8), vec![]), "{what}");
         assert_eq!(strut(&part, 0), ([0.0; 3], [3.0; 3], [0.5, 1.0]), "{what}");
@@ -274,10 +295,19 @@ fn vtu_files_that_lie_are_refused() {
     );
     assert!(faults(&read("a.vtu", &bomb))[0].ends_with("wanted a file that is not a zip bomb"));
     for (bad, wanted) in [
-        (vtu(r#"compressor="vtkLZ4DataCompressor""#, |_| Default::default(), ""), "VTKFile.compressor: found `vtkLZ4DataCompressor`, wanted vtkZLibDataCompressor or none"),
-        (vtu("", |_| Default::default(), "").replace("\"UnstructuredGrid\"", "\"ImageData\""), "VTKFile.type: found `ImageData`, wanted UnstructuredGrid or PolyData"),
+        (
+            vtu(r#"compressor="vtkLZ4DataCompressor""#, |_| Default::default(), ""),
+            "VTKFile.compressor: found `vtkLZ4DataCompressor`, wanted vtkZLibDataCompressor or none",
+        ),
+        (
+            vtu("", |_| Default::default(), "").replace("\"UnstructuredGrid\"", "\"ImageData\""),
+            "VTKFile.type: found `ImageData`, wanted UnstructuredGrid or PolyData",
+        ),
         (vtu("", |_| (r#"format="ascii""#.into(), "1 2 x".into()), ""), "Piece[0].Points.Points: found `x`, wanted a number"),
-        (vtu("", |_| (r#"format="appended" offset="9""#.into(), String::new()), ""), "Piece[0].Points.Points: found no AppendedData, wanted the appendix that the array is in"),
+        (
+            vtu("", |_| (r#"format="appended" offset="9""#.into(), String::new()), ""),
+            "Piece[0].Points.Points: found no AppendedData, wanted the appendix that the array is in",
+        ),
     ] {
         assert_eq!(faults(&read("a.vtu", &bad)), [wanted]);
     }

@@ -123,7 +123,12 @@ fn ltcx_radii_stand_on_the_nodes() {
     assert_eq!(strut(&part, 0), ([0.0; 3], [50.8, 0.0, 0.0], [12.7, 6.35]));
     assert_eq!(strut(&part, 1).2, [12.7, 12.7]);
     assert_eq!(notes(&part), ["document: nodes without a strut: 1 left out (first at node[3])"]);
-    let bad = LTCX.replace("\"in\"", "\"mile\"").replace("rad=\"0.25\"", "rad=\"-1\"").replace("n2=\"11\"", "n2=\"99\"").replace("x=\"9\"", "x=\"NaN\"").replace("id=\"12\"", "id=\"10\"");
+    let bad = LTCX
+        .replace("\"in\"", "\"mile\"")
+        .replace("rad=\"0.25\"", "rad=\"-1\"")
+        .replace("n2=\"11\"", "n2=\"99\"")
+        .replace("x=\"9\"", "x=\"NaN\"")
+        .replace("id=\"12\"", "id=\"10\"");
     assert_eq!(
         faults(&read("bad.ltcx", bad)),
         [
@@ -149,18 +154,30 @@ fn abaqus_beams_have_the_sections_of_their_sets() {
     assert_eq!(strut(&part, 4), ([10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [1.0; 2]), "a truss: the area of a circle");
     assert_eq!(
         notes(&part)[..2],
-        ["document: 1 elements of three nodes are straight: their middle nodes are left out", "document: elements of type C3D8 are left out: only beams and trusses are struts"]
+        [
+            "document: 1 elements of three nodes are straight: their middle nodes are left out",
+            "document: elements of type C3D8 are left out: only beams and trusses are struts"
+        ]
     );
 }
 
 #[test]
 fn abaqus_files_that_make_or_move_nodes_are_refused() {
     let cases = [
-        (INP.replace("*Instance, name=PART-1-1, part=PART-1", "*Instance, name=PART-1-1, part=PART-1\n1., 0., 0."), "line 41: found an instance that is moved, wanted a part where it stands"),
+        (
+            INP.replace("*Instance, name=PART-1-1, part=PART-1", "*Instance, name=PART-1-1, part=PART-1\n1., 0., 0."),
+            "line 41: found an instance that is moved, wanted a part where it stands",
+        ),
         (INP.replace("*End Instance", "*End Instance\n*Instance, name=B, part=PART-1"), "line 42: found a second instance, wanted one instance of one part"),
-        (INP.replace("*Element, type=B31, elset=Thick", "*NGEN\n1, 3\n*Element, type=B31, elset=Thick"), "line 13: found *NGEN, wanted nodes and elements in full, in one system"),
+        (
+            INP.replace("*Element, type=B31, elset=Thick", "*NGEN\n1, 3\n*Element, type=B31, elset=Thick"),
+            "line 13: found *NGEN, wanted nodes and elements in full, in one system",
+        ),
         (INP.replace("*Node, nset=all", "*Node, input=other.inp"), "line 5: found *node in another file, wanted everything in one file"),
-        (INP.replace("elset=thick, material=m, section=CIRC", "elset=thick, material=m, section=PIPE"), "line 31: found SECTION=PIPE, wanted SECTION=CIRC: struts are round and full"),
+        (
+            INP.replace("elset=thick, material=m, section=CIRC", "elset=thick, material=m, section=PIPE"),
+            "line 31: found SECTION=PIPE, wanted SECTION=CIRC: struts are round and full",
+        ),
         (INP.replace("1.25\n", "-1.25\n"), "line 32: found `-1.25` as radius, wanted a radius > 0"),
         (INP.replace("10, 2, 7\n", "10, 2, 70\n"), "line 20: found `70`, wanted the number of one of the 7 nodes"),
         (INP.replace("2, 10.,  0.,  0.", "2, 10.,  1e400,  0."), "line 7: found `1e400` as y, wanted a finite number"),

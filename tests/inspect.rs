@@ -195,7 +195,14 @@ fn stdout(out: &Output) -> String {
 #[test]
 fn the_command_prints_a_page_and_json_that_fits_its_schema() {
     let page = stdout(&run(&["inspect", "tests/examples/bcc.json"]));
-    for wanted in ["nodes         35", "struts        64", "degrees       1: 8  2: 12  4: 6  8: 9", "would build 1 solid", "angles        70.529°; of each node the smallest", "744 faces"] {
+    for wanted in [
+        "nodes         35",
+        "struts        64",
+        "degrees       1: 8  2: 12  4: 6  8: 9",
+        "would build 1 solid",
+        "angles        70.529°; of each node the smallest",
+        "744 faces",
+    ] {
         assert!(page.contains(wanted), "{wanted} in\n{page}");
     }
     assert!(page.lines().all(|l| l.trim_end() == l), "no blanks at the end of a line");
@@ -224,7 +231,8 @@ fn the_commands_repair_and_take_back() {
     let chain = r#"{"nodes":[[0,0,0],[10,0,0],[20,0,0],[20,10,0],[20,20,0],[90,0,0],[91,0,0]],
         "struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":1,"b":2,"ra":1,"rb":1},{"a":2,"b":3,"ra":1,"rb":1},{"a":3,"b":4,"ra":1,"rb":1},{"a":5,"b":6,"ra":0.1,"rb":0.1}]}"#;
     let part = folder.write("part.json", chain);
-    let (fixed, report, back, step) = (folder.0.path().join("fixed.json"), folder.0.path().join("r.json"), folder.0.path().join("back.json"), folder.0.path().join("part.step"));
+    let (fixed, report, back, step) =
+        (folder.0.path().join("fixed.json"), folder.0.path().join("r.json"), folder.0.path().join("back.json"), folder.0.path().join("part.step"));
     let flags = ["--drop-loose", "--collapse-chains"];
     let out = run(&[&["repair", text(&part), "-o", text(&fixed), "--report", text(&report)], &flags[..]].concat());
     stdout(&out);

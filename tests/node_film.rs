@@ -112,7 +112,13 @@ fn rows_and_valences_of_the_octahedron() {
     }
     for (v, near) in near.iter().enumerate() {
         // corners of three cells first; rims have no neighbours above
-        let want = if v < 8 { 9 } else if control.rims[v].is_some() { 4 } else { 6 };
+        let want = if v < 8 {
+            9
+        } else if control.rims[v].is_some() {
+            4
+        } else {
+            6
+        };
         assert_eq!(near.len(), want, "vertex {v}");
     }
     // rows descend evenly from the rim at 1.3

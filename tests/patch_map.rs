@@ -224,7 +224,9 @@ fn radial_forms_reproduce_planes_at_corners() {
                     let mut numbers = vec![1.0];
                     numbers.extend(jet(&layout, r.corner, a));
                     numbers.resize(forms.w[0].len(), 0.0); // the free ones do not reach the corner
-                    let at = |forms: &[Form], x: f64| -> [f64; 3] { basis(forms.len() - 1, x).map(|b| b.iter().zip(forms).map(|(b, f)| b * value(f, &numbers)).sum()) };
+                    let at = |forms: &[Form], x: f64| -> [f64; 3] {
+                        basis(forms.len() - 1, x).map(|b| b.iter().zip(forms).map(|(b, f)| b * value(f, &numbers)).sum())
+                    };
                     let size = map.y(end as f64, 1.0).length();
                     let along = |v: f64| a.dot(radial(r, layout.corners[r.corner].k, v));
                     let got = at(&forms.w, 1.0);

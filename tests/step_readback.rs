@@ -80,7 +80,10 @@ fn what_is_not_step_is_refused_in_words() {
         (b"", "not a STEP file: it begins with \"\""),
         (b"\x89PNG\r\n\x1a\n\0\0", "not a STEP file"),
         (b"ISO-10303-21;\nHEADER;\nENDSEC", "broken STEP file: "),
-        (b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\nFILE_SCHEMA(('X'));\nENDSEC;\nDATA;\n#1=POINT(", "broken STEP file: "),
+        (
+            b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\nFILE_SCHEMA(('X'));\nENDSEC;\nDATA;\n#1=POINT(",
+            "broken STEP file: ",
+        ),
     ] {
         let error = read_back(text).unwrap_err().to_string();
         assert!(error.starts_with(wanted), "{error}");

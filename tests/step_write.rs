@@ -67,7 +67,8 @@ fn entities_are_counted_as_designed() {
 fn tapered_struts_are_cones() {
     let all = text(&tapered(Caps::Flat), &StepOptions::default());
     assert_eq!((count(&all, "CYLINDRICAL_SURFACE"), count(&all, "CONICAL_SURFACE"), count(&all, "CIRCLE")), (1, 5, 12));
-    for (radii, at, axis) in [([0.5, 0.8], "0.,0.,0.", ["0.333333333333", "0.666666666666"]), ([0.8, 0.5], "2.,4.,4.", ["-0.333333333333", "-0.666666666666"])] {
+    for (radii, at, axis) in [([0.5, 0.8], "0.,0.,0.", ["0.333333333333", "0.666666666666"]), ([0.8, 0.5], "2.,4.,4.", ["-0.333333333333", "-0.666666666666"])]
+    {
         let text = text(&single_tapered(Caps::Flat, radii), &StepOptions::default());
         let entity = |id: &str| text.lines().find_map(|l| l.strip_prefix(&format!("#{id}="))).unwrap().to_owned();
         let inner = |body: &str, kind: &str| body.strip_prefix(kind).unwrap().trim_end_matches(");").to_owned();
@@ -85,7 +86,9 @@ fn tapered_struts_are_cones() {
 
 #[test]
 fn ids_are_unique_and_every_reference_exists() {
-    for (schema, model) in [(Schema::Ap242, model(Caps::Sphere)), (Schema::Ap214, model(Caps::Flat)), (Schema::Ap203, tapered(Caps::Sphere)), (Schema::Ap242, tapered(Caps::Flat))] {
+    for (schema, model) in
+        [(Schema::Ap242, model(Caps::Sphere)), (Schema::Ap214, model(Caps::Flat)), (Schema::Ap203, tapered(Caps::Sphere)), (Schema::Ap242, tapered(Caps::Flat))]
+    {
         let text = text(&model, &StepOptions { schema, ..StepOptions::default() });
         let mut defined = std::collections::HashSet::new();
         let id = |s: &str| s.chars().take_while(char::is_ascii_digit).collect::<String>();
@@ -117,7 +120,9 @@ fn header_and_validation_properties() {
 #[test]
 fn ap203_has_its_administration_and_no_newer_entity() {
     let text = text(&single(Caps::Flat), &StepOptions { schema: Schema::Ap203, ..StepOptions::default() });
-    for entity in ["MECHANICAL_CONTEXT", "DESIGN_CONTEXT", "CC_DESIGN_APPROVAL", "CC_DESIGN_SECURITY_CLASSIFICATION", "APPROVAL_DATE_TIME", "PERSON_AND_ORGANIZATION"] {
+    for entity in
+        ["MECHANICAL_CONTEXT", "DESIGN_CONTEXT", "CC_DESIGN_APPROVAL", "CC_DESIGN_SECURITY_CLASSIFICATION", "APPROVAL_DATE_TIME", "PERSON_AND_ORGANIZATION"]
+    {
         assert_eq!(count(&text, entity), 1, "{entity}");
     }
     assert_eq!(count(&text, "STYLED_ITEM") + count(&text, "MEASURE_REPRESENTATION_ITEM"), 0);
@@ -167,7 +172,8 @@ fn what_cannot_be_written_is_refused() {
 #[ignore = "writes files for other programs to judge"]
 fn samples() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let rows = [("row_flat", model(Caps::Flat)), ("row_sphere", model(Caps::Sphere)), ("single_flat", single(Caps::Flat)), ("single_sphere", single(Caps::Sphere))];
+    let rows =
+        [("row_flat", model(Caps::Flat)), ("row_sphere", model(Caps::Sphere)), ("single_flat", single(Caps::Flat)), ("single_sphere", single(Caps::Sphere))];
     let cones = [
         ("cones_flat", tapered(Caps::Flat)),
         ("cones_sphere", tapered(Caps::Sphere)),

@@ -185,11 +185,7 @@ impl<'a> Builder<'a> {
                 }
             }
         }
-        let shell = CompressedShell {
-            vertices: self.points[..self.vertex_count].iter().map(|&p| to_truck(p)).collect(),
-            edges: self.edges,
-            faces: self.faces,
-        };
+        let shell = CompressedShell { vertices: self.points[..self.vertex_count].iter().map(|&p| to_truck(p)).collect(), edges: self.edges, faces: self.faces };
         let brep = CompressedSolid { boundaries: vec![shell] };
         let centers = nodes.iter().map(|n| self.graph.nodes()[n.index()]).collect();
         let ends = struts.iter().map(|s| self.graph.struts()[s.index()]).map(|s| [of_node(s.a), of_node(s.b)]).collect();
@@ -218,11 +214,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Rim circles and seam of one strut; pushes the vertices that the seam needs.
-    fn strut_ends(
-        &mut self,
-        strut: StrutId,
-        first_vertex: impl Fn(NodeId) -> usize,
-    ) -> Result<[StrutEnd; 2], BrepError> {
+    fn strut_ends(&mut self, strut: StrutId, first_vertex: impl Fn(NodeId) -> usize) -> Result<[StrutEnd; 2], BrepError> {
         let axis = self.outward(Arm { strut, end: End::A });
         let side = axis.any_orthonormal_vector();
         let mut centers = [DVec3::ZERO; 2];
@@ -304,12 +296,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the edges of a node's skin, rim arcs split where a seam ends. Indexed by skin edge.
-    fn skin_edges(
-        &mut self,
-        node: NodeId,
-        first_vertex: usize,
-        strut_end: impl Fn(StrutId) -> (usize, [StrutEnd; 2]),
-    ) -> Result<Vec<Pieces>, BrepError> {
+    fn skin_edges(&mut self, node: NodeId, first_vertex: usize, strut_end: impl Fn(StrutId) -> (usize, [StrutEnd; 2])) -> Result<Vec<Pieces>, BrepError> {
         let skin = self.skin(node)?;
         let (at, r) = self.frame(node);
         let arms = self.graph.arms(node);
@@ -424,8 +411,7 @@ impl<'a> Builder<'a> {
             boundary.extend(walk);
         }
         let points = s.points.iter().zip(known).map(|(&p, known)| self.share(at + r * p, known)).collect();
-        let surface =
-            SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides, rim: vec![] };
+        let surface = SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides, rim: vec![] };
         self.face(vec![boundary], Surface::Spline(surface), label);
     }
 

@@ -426,9 +426,17 @@ impl Convex for Net {
 /// What a patch is held against, besides other patches.
 enum Body {
     /// The hull of two discs square to `axis`.
-    Frustum { centers: [DVec3; 2], axis: DVec3, radii: [f64; 2] },
+    Frustum {
+        centers: [DVec3; 2],
+        axis: DVec3,
+        radii: [f64; 2],
+    },
     /// The half on the side of `out`.
-    HalfBall { center: DVec3, out: DVec3, radius: f64 },
+    HalfBall {
+        center: DVec3,
+        out: DVec3,
+        radius: f64,
+    },
     Point(DVec3),
 }
 
@@ -472,11 +480,7 @@ fn contact<A: Convex, B: Convex>(a: &A, b: &B) -> Option<DVec3> {
     if size_a.max(size_b) <= SMALLEST {
         return Some(a.middle());
     }
-    if size_a >= size_b {
-        a.halves().iter().find_map(|half| contact(half, b))
-    } else {
-        b.halves().iter().find_map(|half| contact(a, half))
-    }
+    if size_a >= size_b { a.halves().iter().find_map(|half| contact(half, b)) } else { b.halves().iter().find_map(|half| contact(a, half)) }
 }
 
 /// Whether a plane with `TOUCHING` of room to both is found between two bodies.

@@ -93,11 +93,7 @@ impl Quality {
     }
 
     fn merge(self, other: Quality) -> Quality {
-        let facing = if other.facing.value < self.facing.value || other.facing.value.is_nan() {
-            other.facing
-        } else {
-            self.facing
-        };
+        let facing = if other.facing.value < self.facing.value || other.facing.value.is_nan() { other.facing } else { self.facing };
         Quality {
             rim_jump_deg: self.rim_jump_deg.merge(other.rim_jump_deg),
             inner_jump_deg: self.inner_jump_deg.merge(other.inner_jump_deg),
@@ -231,14 +227,7 @@ fn facing(out: &mut Quality, patch: &Sampled) {
 }
 
 /// One spline edge against the patches that use it.
-fn edge_quality(
-    out: &mut Quality,
-    solid: &Solid,
-    origin: DVec3,
-    patches: &[Sampled],
-    uses: &[(usize, usize, usize, bool)],
-    tables: &mut Tables,
-) {
+fn edge_quality(out: &mut Quality, solid: &Solid, origin: DVec3, patches: &[Sampled], uses: &[(usize, usize, usize, bool)], tables: &mut Tables) {
     let edge = &solid.shell().edges[uses[0].0];
     let Curve::Spline(spline) = &edge.curve else { return };
     let samples = patches[uses[0].1].samples;

@@ -57,10 +57,7 @@ impl std::ops::AddAssign for Flux {
 pub fn measure(solid: &Solid) -> Result<Measure, BrepError> {
     let rims = rims_by_node(solid);
     let ranges = solid.node_faces();
-    let nodes: Vec<Measure> = (0..solid.nodes.len())
-        .into_par_iter()
-        .map(|n| node_body(solid, n, ranges[n].clone(), &rims[n]))
-        .collect();
+    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n, ranges[n].clone(), &rims[n])).collect();
     for (&node, body) in solid.nodes.iter().zip(&nodes) {
         if body.volume < 0.0 || body.volume.is_nan() {
             return Err(BrepError::InsideOut { node, volume: body.volume });

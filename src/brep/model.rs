@@ -85,9 +85,15 @@ pub enum Surface {
     /// The cylinder or cone (see `Solid::slopes`) of `struts[.0]`: through its rims, x to its seam; normal outward.
     Strut(usize),
     /// Through `circles[circle]`; the normal is its axis, or the opposite if `flipped`.
-    Plane { circle: usize, flipped: bool },
+    Plane {
+        circle: usize,
+        flipped: bool,
+    },
     /// Half a sphere on `circles[circle]`; pole along its axis, or the opposite if `flipped`.
-    Sphere { circle: usize, flipped: bool },
+    Sphere {
+        circle: usize,
+        flipped: bool,
+    },
     Spline(SplineSurface),
 }
 

@@ -109,7 +109,17 @@ pub fn fit(border: &NurbsCurve, circle: &Circle, arc: [f64; 2], us: [f64; 2], v:
     loop {
         let pieces = 1 << halvings;
         let at = |k: usize| arc[0] + (arc[1] - arc[0]) * k as f64 / pieces as f64;
-        let ends: Vec<f64> = (0..=pieces).map(|k| if k == 0 { us[0] } else if k == pieces { us[1] } else { map.solve(at(k), us, us[0] + (us[1] - us[0]) * k as f64 / pieces as f64) }).collect();
+        let ends: Vec<f64> = (0..=pieces)
+            .map(|k| {
+                if k == 0 {
+                    us[0]
+                } else if k == pieces {
+                    us[1]
+                } else {
+                    map.solve(at(k), us, us[0] + (us[1] - us[0]) * k as f64 / pieces as f64)
+                }
+            })
+            .collect();
         let parts: Vec<Vec<f64>> = (0..pieces).map(|k| map.interpolate(degree, [at(k), at(k + 1)], [ends[k], ends[k + 1]])).collect();
         let good = (0..pieces).all(|k| map.miss(&parts[k], [at(k), at(k + 1)]) <= TOLERANCE);
         if good || halvings == MOST_HALVINGS {
@@ -141,7 +151,11 @@ impl Inverse<'_> {
             let jet = self.border.jet1(u);
             // The sign tells on which side of the answer u lies.
             let away = wrap(self.circle.azimuth(jet.p) - azimuth);
-            if away < 0.0 { low = u } else { high = u }
+            if away < 0.0 {
+                low = u
+            } else {
+                high = u
+            }
             let slope = self.circle.axis.cross(jet.p).dot(jet.d) / jet.p.length_squared();
             let newton = u - away / slope;
             let inside = (newton - low) * (newton - high) <= 0.0;

@@ -263,7 +263,11 @@ fn summary(report: &Report, path: &std::path::Path) -> String {
         "largest normal jump {:.1e}° inside nodes, {:.1e}° at rims; largest gap {:.1e} mm; patches within {:.3} radii of their films ({})\n",
         q.inner_jump_deg.value, q.rim_jump_deg.value, q.gap_mm.value, q.deviation_radii.value, q.deviation_radii.place
     );
-    for (list, what) in [(&r.level_set, "from the level-set film"), (&r.more_control, "from the level-set film with more control points"), (&r.sharp, "SHARP inside (tangent to their struts only)")] {
+    for (list, what) in [
+        (&r.level_set, "from the level-set film"),
+        (&r.more_control, "from the level-set film with more control points"),
+        (&r.sharp, "SHARP inside (tangent to their struts only)"),
+    ] {
         if !list.is_empty() {
             let some: Vec<String> = list.iter().take(8).map(|l| l.node.0.to_string()).collect();
             text += &format!("{} nodes built {what}: {}{}\n", list.len(), some.join(", "), if list.len() > 8 { ", ..." } else { "" });

@@ -1,7 +1,7 @@
 //! Opens lattice files: the bytes of a file, and of those that differ from it by their extension alone.
 
-use lattice_brep::error::{Error, Fault};
 use clap::ValueEnum;
+use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::import::{self, FILE_BYTES, ImportOptions, Imported, RadiusRule, Source, Units};
 use std::fs::File;
 use std::io::{self, Read};

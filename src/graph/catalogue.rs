@@ -155,8 +155,6 @@ fn spokes(centre: [u32; 3], ends: &[[u32; 3]]) -> Vec<[[u32; 3]; 2]> {
 /// All pairs of places at this squared distance (quarters).
 fn pairs(places: &[[u32; 3]], distance_sq: u32) -> Vec<[[u32; 3]; 2]> {
     let far = |p: [u32; 3], q: [u32; 3]| (0..3).map(|k| p[k].abs_diff(q[k]).pow(2)).sum::<u32>();
-    let later = |(k, &p): (usize, &[u32; 3])| {
-        places[k + 1..].iter().filter(move |&&q| far(p, q) == distance_sq).map(move |&q| [p, q]).collect::<Vec<_>>()
-    };
+    let later = |(k, &p): (usize, &[u32; 3])| places[k + 1..].iter().filter(move |&&q| far(p, q) == distance_sq).map(move |&q| [p, q]).collect::<Vec<_>>();
     places.iter().enumerate().flat_map(later).collect()
 }

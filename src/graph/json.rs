@@ -160,11 +160,7 @@ impl Document {
     fn into_input(self) -> Input {
         let mm = |length| self.units.mm(length);
         let strut = |s: &StrutForm| Strut { a: NodeId(s.a), b: NodeId(s.b), ra: mm(s.ra), rb: mm(s.rb) };
-        Input {
-            nodes: self.nodes.iter().map(|p| DVec3::from_array(p.map(mm))).collect(),
-            struts: self.struts.iter().map(strut).collect(),
-            name: self.name,
-        }
+        Input { nodes: self.nodes.iter().map(|p| DVec3::from_array(p.map(mm))).collect(), struts: self.struts.iter().map(strut).collect(), name: self.name }
     }
 }
 
@@ -257,9 +253,7 @@ impl Survey {
 
     fn node(&mut self, k: usize, value: &Value) -> DVec3 {
         match value {
-            Value::Array(x) if x.len() == 3 => {
-                DVec3::from_array([0, 1, 2].map(|axis| self.length(|| format!("nodes[{k}][{axis}]"), Some(&x[axis]))))
-            }
+            Value::Array(x) if x.len() == 3 => DVec3::from_array([0, 1, 2].map(|axis| self.length(|| format!("nodes[{k}][{axis}]"), Some(&x[axis])))),
             Value::Array(x) => {
                 self.faults.push(Fault::new(format!("nodes[{k}]"), format!("{} values", x.len()), "three numbers [x, y, z]"));
                 DVec3::NAN

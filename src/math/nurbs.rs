@@ -244,11 +244,7 @@ impl NurbsSurface {
         let a = self.homogeneous(u, v, 1);
         let w = a[0][0].w;
         let p = a[0][0].truncate() / w;
-        Jet1 {
-            p,
-            du: (a[1][0].truncate() - a[1][0].w * p) / w,
-            dv: (a[0][1].truncate() - a[0][1].w * p) / w,
-        }
+        Jet1 { p, du: (a[1][0].truncate() - a[1][0].w * p) / w, dv: (a[0][1].truncate() - a[0][1].w * p) / w }
     }
 
     /// [`jet1`](Self::jet1) at all pairs of parameters of two tables that fit, `[iu * count of v + iv]`; the same bits.

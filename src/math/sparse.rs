@@ -27,9 +27,11 @@ impl Symmetric {
         let matrix = self.assemble(n);
         // corners and edges come with blocks of numbers each: dense kernels pay at any size
         let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
-        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params)
+            .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
         let mut values = vec![0.0; symbolic.len_val()];
-        let room = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()).or(symbolic.solve_in_place_scratch::<f64>(rhs.ncols(), Par::Seq));
+        let room =
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()).or(symbolic.solve_in_place_scratch::<f64>(rhs.ncols(), Par::Seq));
         let mut room = MemBuffer::new(room);
         let factor = symbolic
             .factorize_numeric_llt(&mut values, matrix.as_ref(), Side::Lower, Default::default(), Par::Seq, MemStack::new(&mut room), Default::default())

@@ -60,7 +60,6 @@ impl Tables {
     pub fn inner(&self) -> usize {
         (self.p - 3) * (self.q - 3)
     }
-
 }
 
 /// Coefficients of a polynomial form given by its value at parameters.

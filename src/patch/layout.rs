@@ -110,11 +110,7 @@ impl Radial {
     /// corner (q = 0), where slope and second derivative are `speed` and `bend`.
     pub fn height(&self, q: f64) -> [f64; 3] {
         let rest = self.cut - self.h - self.speed - 0.5 * self.bend;
-        [
-            self.h + self.speed * q + 0.5 * self.bend * q * q + rest * q.powi(3),
-            self.speed + self.bend * q + 3.0 * rest * q * q,
-            self.bend + 6.0 * rest * q,
-        ]
+        [self.h + self.speed * q + 0.5 * self.bend * q * q + rest * q.powi(3), self.speed + self.bend * q + 3.0 * rest * q * q, self.bend + 6.0 * rest * q]
     }
 }
 

@@ -120,13 +120,7 @@ fn surface_size(solid: &Solid, surface: &Surface) -> u64 {
 }
 
 /// Write all entities of a solid but its style. `name` is quoted already.
-pub fn write_solid(
-    out: &mut impl Write,
-    solid: &Solid,
-    name: &str,
-    ids: &Numbers,
-    decimals: Option<u32>,
-) -> io::Result<()> {
+pub fn write_solid(out: &mut impl Write, solid: &Solid, name: &str, ids: &Numbers, decimals: Option<u32>) -> io::Result<()> {
     let shell = solid.shell();
     emit(out, solid.points.len(), |i, t| point(t, ids.point(i as u32), solid.points[i], decimals))?;
     emit(out, shell.vertices.len(), |i, t| {
@@ -341,9 +335,7 @@ fn is_rational(weights: &[f64]) -> bool {
 
 /// `multiplicities,knots,.UNSPECIFIED.` of each direction, multiplicities first.
 fn knots(t: &mut Vec<u8>, all: &[&[f64]]) {
-    let parts = |knots: &&[f64]| -> Vec<(f64, u64)> {
-        knots.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as u64)).collect()
-    };
+    let parts = |knots: &&[f64]| -> Vec<(f64, u64)> { knots.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as u64)).collect() };
     let runs: Vec<_> = all.iter().map(parts).collect();
     for run in &runs {
         push_list(t, run, |t, r| push_integer(t, r.1));

@@ -6,9 +6,9 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt;
 use std::io::{self, BufRead};
 use step_io::Orientation;
+use step_io::StepModel;
 use step_io::model::{Circle, EntityKey, PartialEntity, RepresentationItemRef, RepresentationRef, RepresentedDefinitionRef};
 use step_io::scene::{Solid, SurfaceKind};
-use step_io::StepModel;
 
 /// Why a file could not be read.
 #[derive(Debug, thiserror::Error)]

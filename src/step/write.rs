@@ -15,8 +15,7 @@ const FIRST: u64 = 101;
 pub const LEAST_UNCERTAINTY: f64 = 1e-7;
 
 /// The rule that the validation properties follow, in the wording that checkers look for.
-const VALIDATION_PRACTICE: &str =
-    "CAx-IF Rec.Pracs.---Geometric and Assembly Validation Properties---4.6---2023-04-21";
+const VALIDATION_PRACTICE: &str = "CAx-IF Rec.Pracs.---Geometric and Assembly Validation Properties---4.6---2023-04-21";
 
 /// What was measured on the model and goes into the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,15 +118,10 @@ fn preamble(numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String
         ],
     );
     let common = |application: &str, protocol: &str, year: &str| {
-        fill(
-            include_str!("../../step_templates/product.txt"),
-            &[("application", application), ("protocol", protocol), ("year", year), ("product", &product)],
-        )
+        fill(include_str!("../../step_templates/product.txt"), &[("application", application), ("protocol", protocol), ("year", year), ("product", &product)])
     };
     text += &match options.schema {
-        Schema::Ap242 => {
-            common("Managed model based 3d engineering", "ap242_managed_model_based_3d_engineering", "2013")
-        }
+        Schema::Ap242 => common("Managed model based 3d engineering", "ap242_managed_model_based_3d_engineering", "2013"),
         Schema::Ap214 => common("core data for automotive mechanical design processes", "automotive_design", "2000"),
         Schema::Ap203 => {
             let TimeStamp { year, month, day, hour, minute, second } = options.time_stamp;
@@ -155,21 +149,12 @@ fn preamble(numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String
         let [red, green, blue] = options.colour.map(real);
         text += &fill(
             include_str!("../../step_templates/appearance.txt"),
-            &[
-                ("styled", &references("", &|n| n.styled)),
-                ("red", &red),
-                ("green", &green),
-                ("blue", &blue),
-            ],
+            &[("styled", &references("", &|n| n.styled)), ("red", &red), ("green", &green), ("blue", &blue)],
         );
         let m = &facts.measure;
         text += &fill(
             include_str!("../../step_templates/validation.txt"),
-            &[
-                ("volume", &real(m.volume)),
-                ("area", &real(m.area)),
-                ("centroid", &m.centroid.to_array().map(real).join(",")),
-            ],
+            &[("volume", &real(m.volume)), ("area", &real(m.area)), ("centroid", &m.centroid.to_array().map(real).join(","))],
         );
     }
     text

@@ -72,7 +72,11 @@ pub fn tapered_tube(axes: [DVec3; 2], n: usize, turn: f64, slopes: [f64; 2]) -> 
     for arm in 0..2 {
         for k in 0..n {
             let (z, r) = (heights[2 * arm], radii[2 * arm]);
-            let columns = if arm == 0 { [(radial(k + 1), 1.0), (middle(k), weight), (radial(k), 1.0)] } else { [(radial(k), 1.0), (middle(k), weight), (radial(k + 1), 1.0)] };
+            let columns = if arm == 0 {
+                [(radial(k + 1), 1.0), (middle(k), weight), (radial(k), 1.0)]
+            } else {
+                [(radial(k), 1.0), (middle(k), weight), (radial(k + 1), 1.0)]
+            };
             let points = columns.iter().flat_map(|&(p, _)| [at(r * p, z), at(p, 0.0)]).collect();
             let weights = columns.iter().flat_map(|&(_, w)| [w, w]).collect();
             let surface = NurbsSurface { degree: [2, 1], knots: [ends(2), ends(1)], points, weights };

@@ -204,7 +204,10 @@ impl Draft {
                 let lengths = self.struts.iter().map(length).zip(&self.places.struts).filter(|(l, _)| *l > 0.0);
                 let Some((shortest, &place)) = lengths.min_by(|x, y| x.0.total_cmp(&y.0)) else { return };
                 let (radius, place) = (shortest / parts, self.places.name(place));
-                let what = format!("no radius for {bare} of {} struts: {radius} mm by --radius-rule, the shortest strut's {shortest} mm ({place}) / {parts}", self.struts.len());
+                let what = format!(
+                    "no radius for {bare} of {} struts: {radius} mm by --radius-rule, the shortest strut's {shortest} mm ({place}) / {parts}",
+                    self.struts.len()
+                );
                 self.note("document", what);
                 radius
             }

@@ -2,8 +2,8 @@
 
 use super::draft::{Draft, Place};
 use super::text;
-use std::collections::{BTreeMap, HashMap, HashSet};
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// The edges of a tetrahedron, as pairs of its four corners.
 pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];

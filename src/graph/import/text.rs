@@ -25,7 +25,8 @@ pub fn head(bytes: &[u8]) -> Cow<'_, str> {
 
 /// A piece of the source as it can be shown: control characters escaped, at most `limits::SHOWN` characters.
 pub fn shown(piece: &str) -> String {
-    let mut escaped: String = piece.chars().take(limits::SHOWN).flat_map(|c| if c == '"' || c == '\'' { vec![c] } else { c.escape_debug().collect() }).collect();
+    let mut escaped: String =
+        piece.chars().take(limits::SHOWN).flat_map(|c| if c == '"' || c == '\'' { vec![c] } else { c.escape_debug().collect() }).collect();
     if piece.chars().nth(limits::SHOWN).is_some() {
         escaped += "...";
     }

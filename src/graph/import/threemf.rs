@@ -175,7 +175,11 @@ impl Model {
                         let unit = tag.get("unit").unwrap_or("millimeter".into());
                         match named(&unit) {
                             Some(unit) => model.unit = unit,
-                            None => draft.fault_at(format!("{prefix}model.unit"), text::quoted(Some(&unit)), "one of micron, millimeter, centimeter, inch, foot, meter"),
+                            None => draft.fault_at(
+                                format!("{prefix}model.unit"),
+                                text::quoted(Some(&unit)),
+                                "one of micron, millimeter, centimeter, inch, foot, meter",
+                            ),
                         }
                     }
                     ("metadata", None) if tag.get("name").is_some_and(|n| n == "Title") => title = Some(String::new()),

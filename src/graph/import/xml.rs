@@ -55,7 +55,8 @@ pub struct Xml<'a> {
 /// The bytes as text, or what is wrong with them.
 pub fn decode<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, Fault> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    std::str::from_utf8(bytes).map_err(|e| Fault::new(format!("{file}document"), format!("a byte that is not UTF-8 at position {}", e.valid_up_to()), "XML in UTF-8"))
+    std::str::from_utf8(bytes)
+        .map_err(|e| Fault::new(format!("{file}document"), format!("a byte that is not UTF-8 at position {}", e.valid_up_to()), "XML in UTF-8"))
 }
 
 impl<'a> Xml<'a> {

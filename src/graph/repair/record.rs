@@ -250,11 +250,7 @@ impl<'a> Draft<'a> {
         }
         let end = |n: NodeId| if n.index() < into.len() { NodeId(new_node[n.index()]) } else { n };
         let kept = fates.iter().filter_map(|f| if let Fate::Stays(s) = f { Some(Strut { a: end(s.a), b: end(s.b), ..*s }) } else { None });
-        let after = Input {
-            name: input.name.clone(),
-            nodes: (0..into.len()).filter(|&n| stays(n)).map(|n| at[n]).collect(),
-            struts: kept.collect(),
-        };
+        let after = Input { name: input.name.clone(), nodes: (0..into.len()).filter(|&n| stays(n)).map(|n| at[n]).collect(), struts: kept.collect() };
         let size = |input: &Input| Size { nodes: input.nodes.len(), struts: input.struts.len() };
         let repair = Repair { step, limit, before: size(input), after: size(&after), nodes, struts };
         (after, repair)
