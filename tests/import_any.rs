@@ -126,7 +126,7 @@ fn a_name_comes_back_equal_from_the_step_file() {
     let text = serde_json::json!({"name": name, "nodes": [[0, 0, 0], [9, 0, 0]], "struts": [{"a": 0, "b": 1, "ra": 1, "rb": 1}]}).to_string();
     for (text, wanted) in [
         (&text, name),
-        (&text.replace("etc", "\\u0001\\n"), &name.replace("etc", "")),
+        (&text.replace("etc", "\\u0001\\n"), &name.replace("etc", "\u{1}\n")),
         (&r#"{"name":"\n ","nodes":[[0,0,0],[9,0,0]],"struts":[{"a":0,"b":1,"ra":1,"rb":1}]}"#.to_owned(), "rod"),
     ] {
         let (input, output) = (folder.path().join("rod.json"), folder.path().join("rod.step"));
