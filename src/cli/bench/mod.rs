@@ -14,6 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 use tally::{Case, Outcome, Tally};
 
 /// Most struts at a random node. Reason: the largest degree of the tetrahedral lattices known to us is 41.
@@ -56,6 +57,9 @@ struct Run {
     /// Seed of the first lattice; each next has the next number
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    /// Begin no lattice after so many minutes
+    #[arg(long, value_name = "M")]
+    minutes: Option<f64>,
     /// Write all counts as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -93,18 +97,22 @@ impl Run {
         }
         let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into)).max(1);
         let next = AtomicU64::new(0);
+        let start = Instant::now();
+        let is_over = || self.minutes.is_some_and(|m| start.elapsed().as_secs_f64() > 60.0 * m);
         let tally = Mutex::new(tally);
         let work = || -> Result<(), Error> {
             // one lattice a thread, from begin to end: a panic then ends that lattice alone
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).stack_size(STACK).build().map_err(|e| Error::Internal(e.to_string()))?;
             loop {
                 let at = next.fetch_add(1, Ordering::Relaxed);
-                if at >= self.count {
+                if at >= self.count || is_over() {
                     return Ok(());
                 }
                 let seed = self.seed + at;
                 let (graph, options) = lattice(seed);
-                let case = Case::new(seed, &graph, pool.install(|| outcome(&graph, &options)));
+                let begin = Instant::now();
+                let outcome = pool.install(|| outcome(&graph, &options));
+                let case = Case::new(seed, &graph, outcome, begin.elapsed().as_secs_f64());
                 if let Some(folder) = self.keep.as_ref().filter(|_| self.all || matches!(case.outcome, Outcome::Failed(_))) {
                     let path = folder.join(format!("{seed}.{}.json", case.outcome.name()));
                     output::write(Some(&path), |out| json::write(&graph, None, out))?;
@@ -126,7 +134,7 @@ impl Run {
         }
         match tally.failed() {
             0 => Ok(()),
-            n => Err(Error::Internal(format!("{n} of {} lattices", self.count))),
+            n => Err(Error::Internal(format!("{n} lattices failed"))),
         }
     }
 }

@@ -78,10 +78,11 @@ pub struct Case {
     struts: usize,
     /// Smallest angle between two struts of a node, degrees; infinite where no node has two.
     angle: f64,
+    seconds: f64,
 }
 
 impl Case {
-    pub fn new(seed: u64, graph: &Graph, outcome: Outcome) -> Case {
+    pub fn new(seed: u64, graph: &Graph, outcome: Outcome, seconds: f64) -> Case {
         let least = |node| {
             let axes = Star::directions(graph, node);
             let pairs = (0..axes.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -89,6 +90,7 @@ impl Case {
         };
         Case {
             seed,
+            seconds,
             outcome,
             degree: graph.used_nodes().map(|n| graph.degree(n)).max().unwrap_or(0),
             struts: graph.struts().len(),
@@ -97,8 +99,11 @@ impl Case {
     }
 }
 
-#[derive(Default, Serialize)]
+/// One kind of reason.
+#[derive(Serialize)]
 struct Kind {
+    column: &'static str,
+    reason: String,
     count: usize,
     /// The first lattices of this kind.
     seeds: Vec<u64>,
@@ -113,9 +118,10 @@ pub struct Tally {
     outcomes: BTreeMap<&'static str, usize>,
     /// By table, class (its upper bound) and column.
     classes: BTreeMap<&'static str, BTreeMap<usize, BTreeMap<&'static str, usize>>>,
-    #[serde(skip)]
-    kinds: BTreeMap<(&'static str, String), Kind>,
+    kinds: Vec<Kind>,
     worst: Worst,
+    /// The lattice that took longest: its seed, and its time in seconds.
+    slowest: (u64, f64),
 }
 
 /// The worst figures over all accepted lattices.
@@ -140,7 +146,7 @@ impl Tally {
 
     fn new(tables: Vec<(&'static str, fn(&Case) -> f64, &'static [f64])>) -> Tally {
         let worst = Worst { facing: 1.0, ..Worst::default() };
-        Tally { tables, lattices: 0, outcomes: BTreeMap::new(), classes: BTreeMap::new(), kinds: BTreeMap::new(), worst }
+        Tally { tables, lattices: 0, outcomes: BTreeMap::new(), classes: BTreeMap::new(), kinds: Vec::new(), worst, slowest: (0, 0.0) }
     }
 
     pub fn add(&mut self, case: Case) {
@@ -152,11 +158,19 @@ impl Tally {
             *self.classes.entry(name).or_default().entry(class).or_default().entry(column).or_default() += 1;
         }
         for text in kinds {
-            let kind = self.kinds.entry((column, text)).or_default();
+            let known = self.kinds.iter().position(|k| k.column == column && k.reason == text);
+            let at = known.unwrap_or_else(|| {
+                self.kinds.push(Kind { column, reason: text, count: 0, seeds: Vec::new() });
+                self.kinds.len() - 1
+            });
+            let kind = &mut self.kinds[at];
             kind.count += 1;
             if kind.seeds.len() < SEEDS && kind.seeds.last() != Some(&case.seed) {
                 kind.seeds.push(case.seed);
             }
+        }
+        if case.seconds > self.slowest.1 {
+            self.slowest = (case.seed, case.seconds);
         }
         if let Outcome::Failed(why) = &case.outcome {
             eprintln!("failed: seed {}: {why}", case.seed);
@@ -194,10 +208,11 @@ impl Display for Tally {
         }
         let w = &self.worst;
         writeln!(f, "\naccepted, at worst: normal jump {:.1e}° inside nodes, {:.1e}° at rims, gap {:.1e} mm, facing {:.1e}; {} nodes over the tolerance", w.inner_jump_deg, w.rim_jump_deg, w.gap_mm, w.facing, w.over_tolerance)?;
+        writeln!(f, "slowest: seed {}, {:.1} s", self.slowest.0, self.slowest.1)?;
         let mut kinds: Vec<_> = self.kinds.iter().collect();
-        kinds.sort_by_key(|((column, _), kind)| (COLUMNS.iter().position(|c| c == column), usize::MAX - kind.count));
-        for ((column, text), kind) in kinds {
-            writeln!(f, "{:6} {column}: {text} (seeds {:?})", kind.count, kind.seeds)?;
+        kinds.sort_by_key(|k| (COLUMNS.iter().position(|c| *c == k.column), usize::MAX - k.count));
+        for Kind { column, reason, count, seeds } in kinds {
+            writeln!(f, "{count:6} {column}: {reason} (seeds {seeds:?})")?;
         }
         Ok(())
     }
