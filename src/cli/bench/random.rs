@@ -164,8 +164,8 @@ fn radii(numbers: &mut Random, count: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// A connected graph of 20 to 200 struts: each node joined to the nearest one before it, then near ones as long as struts
-/// keep apart. Radii equal, mixed, graded from node to node or tapered.
+/// A connected graph of 20 to 200 struts: the shortest tree through random nodes, then struts between the nearest of the others, as
+/// long as they keep apart. Radii equal, mixed, graded from node to node or tapered.
 pub fn graph(seed: u64) -> Graph {
     let mut numbers = Random::new(seed);
     let wanted = 20 + numbers.below(181);
@@ -178,9 +178,7 @@ pub fn graph(seed: u64) -> Graph {
             nodes.push(p);
         }
     }
-    let mut pairs: Vec<(usize, usize)> = (1..count)
-        .map(|k| (k, (0..k).min_by(|&i, &j| nodes[i].distance(nodes[k]).total_cmp(&nodes[j].distance(nodes[k]))).expect("a node before")))
-        .collect();
+    let mut pairs = shortest_tree(&nodes);
     let mut near: Vec<(usize, usize)> = (0..count).flat_map(|i| (0..i).map(move |j| (i, j))).filter(|p| !pairs.contains(p)).collect();
     near.sort_by(|p, q| nodes[p.0].distance(nodes[p.1]).total_cmp(&nodes[q.0].distance(nodes[q.1])));
     pairs.extend(near.into_iter().take(wanted.saturating_sub(pairs.len())));
@@ -206,4 +204,23 @@ pub fn graph(seed: u64) -> Graph {
     }
     let struts = struts.into_iter().enumerate().filter(|(k, _)| *k < count - 1 || !gone[*k]).map(|(_, s)| s).collect();
     Graph::new(nodes, struts)
+}
+
+/// The pairs of nodes, larger index first, of the shortest tree through all (Prim).
+fn shortest_tree(nodes: &[DVec3]) -> Vec<(usize, usize)> {
+    // for each node outside: the nearest one inside, and its distance
+    let mut nearest: Vec<(usize, f64)> = nodes.iter().map(|p| (0, p.distance(nodes[0]))).collect();
+    let mut outside: Vec<usize> = (1..nodes.len()).collect();
+    let mut pairs = Vec::new();
+    while let Some(at) = (0..outside.len()).min_by(|&i, &j| nearest[outside[i]].1.total_cmp(&nearest[outside[j]].1)) {
+        let next = outside.swap_remove(at);
+        pairs.push((next.max(nearest[next].0), next.min(nearest[next].0)));
+        for &k in &outside {
+            let distance = nodes[k].distance(nodes[next]);
+            if distance < nearest[k].1 {
+                nearest[k] = (next, distance);
+            }
+        }
+    }
+    pairs
 }
