@@ -18,6 +18,7 @@ struct Args {
 
 #[derive(Subcommand)]
 enum Command {
+    Bench(cli::bench::BenchArgs),
     Cell(cli::cell::CellArgs),
     Check(cli::check::CheckArgs),
     Export(cli::export::ExportArgs),
@@ -28,6 +29,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Args::parse().command {
+        Command::Bench(args) => cli::bench::run(&args),
         Command::Cell(args) => cli::cell::run(&args),
         Command::Check(args) => cli::check::run(&args),
         Command::Export(args) => cli::export::run(&args),

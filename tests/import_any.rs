@@ -71,6 +71,9 @@ fn a_file_of_nothing_but_faults_is_told_in_bounded_length() {
     let part = read("bad.csv", "0,0,0,1,0,0,1\n".to_owned() + &"x,0,0,1,1,1,1\n".repeat(50_000));
     assert_eq!(part.faults.len(), 10_001);
     assert_eq!(faults(&part)[10_000], "document: found 40000 more faults, wanted none");
+    let part = read("bad.json", format!("{{\"nodes\":[{}0],\"struts\":[]}}", "0,".repeat(49_999)));
+    assert_eq!((part.faults.len(), count(&part)), (10_001, (0, 0)));
+    assert_eq!(faults(&part)[10_000], "document: found 40000 more faults, wanted none");
     let long = read("bad.csv", format!("0,0,0,1,0,0,1\n{},0,0,1,1,1,1\n", "\u{1b}]x".repeat(100_000)));
     let fault = &faults(&long)[0];
     assert!(fault.len() < 300 && !fault.contains('\u{1b}'), "{fault}");

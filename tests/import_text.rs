@@ -26,6 +26,13 @@ fn csv_pairs_are_joined_at_their_ends_and_that_is_noted() {
     assert_eq!(notes(&corner), ["document: 8 ends are 5 nodes: ends in one place are joined (at most 1e-7 mm apart)"]);
 }
 
+/// The box of these ends has a diagonal of 0 in doubles: cell numbers beyond all integers must not overflow.
+#[test]
+fn ends_nearer_than_doubles_can_measure_are_joined() {
+    let part = read("tiny.csv", "0,0,0,1e-200,0,0,1\n");
+    assert_eq!((count(&part).0, part.format), (1, Some(Format::Csv)));
+}
+
 #[test]
 fn csv_may_be_parted_by_semicolons_tabs_or_blanks_with_or_without_names() {
     for text in ["0;0;0;1;0;0;.1\r\n", "\u{feff}0\t0\t0\t1\t0\t0\t.1", "a b c d e f r\n0  0 0   1 0 0 +1e-1\n\n"] {
@@ -159,6 +166,16 @@ fn abaqus_beams_have_the_sections_of_their_sets() {
             "document: elements of type C3D8 are left out: only beams and trusses are struts"
         ]
     );
+}
+
+/// Sets of sets multiply: 230 kB took 600 MB.
+#[test]
+fn abaqus_sets_of_sets_are_bounded() {
+    let mut text = "*Node\n1,0,0,0\n2,1,0,0\n*Element, type=B31, elset=a\n".to_owned();
+    (0..20_000).for_each(|k| text += &format!("{k},1,2\n"));
+    (0..2_000).for_each(|k| text += &format!("*Elset, elset=s{k}\na\n"));
+    let told = faults(&read("sets.inp", text));
+    assert!(told.iter().any(|f| f.ends_with("found more than 10000000 members of element sets, wanted at most 10000000")), "{told:?}");
 }
 
 #[test]

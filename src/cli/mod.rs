@@ -1,5 +1,6 @@
 //! The command line: translates arguments into calls of the library, nothing else.
 
+pub mod bench;
 pub mod cell;
 pub mod check;
 pub mod export;

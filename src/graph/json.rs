@@ -3,6 +3,7 @@
 //! A sound text goes straight into `Document`. Only when that fails is it read again piece by piece (`survey`), so that
 //! every fault of form is found with its path, and the rest of the content can still be checked.
 
+use super::import::LISTED;
 use super::{Graph, Input, Strut};
 use crate::error::Fault;
 use crate::ids::NodeId;
@@ -219,6 +220,8 @@ fn quote_non_finite(text: &str) -> String {
 struct Survey {
     units: Units,
     faults: Vec<Fault>,
+    /// Faults beyond `LISTED`.
+    not_listed: usize,
 }
 
 impl Survey {
@@ -248,14 +251,27 @@ impl Survey {
             Some(Value::Array(struts)) => input.struts = struts.iter().enumerate().map(|(k, v)| self.strut(k, v)).collect(),
             other => self.absent_or_wrong("struts", other, "an array of struts"),
         }
+        if self.not_listed > 0 {
+            self.faults.push(Fault::new("document", format!("{} more faults", self.not_listed), "none"));
+            // what is left of such a text would only be refused once more, piece by piece
+            input = Input::default();
+        }
         (input, self.faults)
+    }
+
+    fn tell(&mut self, fault: Fault) {
+        if self.faults.len() < LISTED {
+            self.faults.push(fault);
+        } else {
+            self.not_listed += 1;
+        }
     }
 
     fn node(&mut self, k: usize, value: &Value) -> DVec3 {
         match value {
             Value::Array(x) if x.len() == 3 => DVec3::from_array([0, 1, 2].map(|axis| self.length(|| format!("nodes[{k}][{axis}]"), Some(&x[axis])))),
             Value::Array(x) => {
-                self.faults.push(Fault::new(format!("nodes[{k}]"), format!("{} values", x.len()), "three numbers [x, y, z]"));
+                self.tell(Fault::new(format!("nodes[{k}]"), format!("{} values", x.len()), "three numbers [x, y, z]"));
                 DVec3::NAN
             }
             other => {
@@ -304,13 +320,13 @@ impl Survey {
         for key in object.keys().filter(|key| !known.contains(&key.as_str())) {
             let name = if key.is_empty() { "\"\"".to_owned() } else { shortened(&key.escape_debug().to_string()) };
             let path = format!("{prefix}{name}");
-            self.faults.push(Fault::new(path, "an unknown field", format!("only {}", known.join(", "))));
+            self.tell(Fault::new(path, "an unknown field", format!("only {}", known.join(", "))));
         }
     }
 
     fn absent_or_wrong(&mut self, path: &str, value: Option<&Value>, wanted: &str) {
         match value {
-            None => self.faults.push(Fault::new(path, "nothing", wanted)),
+            None => self.tell(Fault::new(path, "nothing", wanted)),
             Some(value) => self.fault(path, value, wanted),
         }
     }
@@ -321,7 +337,7 @@ impl Survey {
             Value::Object(_) => "an object".to_owned(),
             other => shortened(&other.to_string()),
         };
-        self.faults.push(Fault::new(path, found, wanted));
+        self.tell(Fault::new(path, found, wanted));
     }
 }
 

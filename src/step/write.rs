@@ -39,7 +39,7 @@ pub enum StepError {
     NotFinite { solid: usize },
     #[error("the measured volume, area, centroid or gap is not a finite number")]
     FactsNotFinite,
-    #[error("the product's name is empty")]
+    #[error("the product's name has no character to be seen")]
     NoProductName,
     #[error("colour {0:?}: wanted three numbers from 0 to 1")]
     Colour([f64; 3]),
@@ -84,7 +84,7 @@ fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), Step
     if !(m.volume.is_finite() && m.area.is_finite() && m.centroid.is_finite() && facts.gap_mm.is_finite()) {
         return Err(StepError::FactsNotFinite);
     }
-    if string(&options.product) == "''" {
+    if options.product.chars().all(|c| c.is_control() || c.is_whitespace()) {
         return Err(StepError::NoProductName);
     }
     if !options.colour.iter().all(|c| (0.0..=1.0).contains(c)) {

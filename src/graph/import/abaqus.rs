@@ -6,7 +6,7 @@
 
 use super::draft::{Draft, Place};
 use super::mesh::Numbers;
-use super::text;
+use super::{limits, text};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A middle node this near to the line between its ends (as a fraction of the length) does not bend the strut.
@@ -41,6 +41,8 @@ struct File {
     elements: Vec<Element>,
     /// Numbers of the elements of each set; sets named within a set are resolved when they are read.
     sets: HashMap<String, HashSet<u64>>,
+    /// Members of all sets together.
+    members: usize,
     /// Radius by set name, in the order of the file.
     sections: BTreeMap<usize, (String, f64)>,
     left_out: BTreeMap<String, usize>,
@@ -160,7 +162,7 @@ impl File {
                     (Some(number), Some(nodes)) => {
                         self.elements.push(Element { place, number, nodes });
                         if let Some(set) = set {
-                            self.sets.entry(set.clone()).or_default().insert(number);
+                            self.add(draft, place, set, [number]);
                         }
                     }
                     _ => {}
@@ -172,7 +174,7 @@ impl File {
                         Ok(number) => vec![number],
                         Err(_) => self.sets.get(&word.to_ascii_lowercase()).into_iter().flatten().copied().collect(),
                     };
-                    self.sets.entry(name.clone()).or_default().extend(members);
+                    self.add(draft, place, name, members);
                 }
             }
             Block::Set { name, generate: true } => {
@@ -181,7 +183,8 @@ impl File {
                     (Some(first), Some(last), step) => {
                         // only numbers of elements that are there: a range may claim any length
                         let there = self.elements.iter().map(|e| e.number).filter(|n| (first..=last).contains(n) && (n - first) % step == 0);
-                        self.sets.entry(name.clone()).or_default().extend(there);
+                        let there: Vec<u64> = there.collect();
+                        self.add(draft, place, name, there);
                     }
                     _ => draft.fault(place, text::quoted(Some(line)), "first, last, step"),
                 }
@@ -202,6 +205,20 @@ impl File {
             Block::Instance => draft.fault(place, "an instance that is moved", "a part where it stands"),
         }
         block
+    }
+
+    /// Add elements to a set. Sets of sets multiply: their members have one limit together.
+    fn add(&mut self, draft: &mut Draft, place: Place, name: &str, numbers: impl IntoIterator<Item = u64>) {
+        if self.members > limits::PIECES {
+            return;
+        }
+        let set = self.sets.entry(name.to_owned()).or_default();
+        let before = set.len();
+        set.extend(numbers);
+        self.members += set.len() - before;
+        if self.members > limits::PIECES {
+            draft.fault(place, format_args!("more than {} members of element sets", limits::PIECES), format!("at most {}", limits::PIECES));
+        }
     }
 
     fn pour(self, draft: &mut Draft) {

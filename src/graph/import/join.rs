@@ -13,13 +13,15 @@ pub fn ends(draft: &mut Draft) {
     let Some((low, high)) = usable().reduce(DVec3::min).zip(usable().reduce(DVec3::max)) else { return };
     // cells as wide as the tolerance: whatever is near enough is in the same cell or one beside it
     let apart = ONE_END * low.distance(high);
+    // a box so small that its diagonal is 0 in doubles has cells beyond all integers: these are one
     let cell = |p: DVec3| ((p - low) / apart.max(f64::MIN_POSITIVE)).floor().as_i64vec3().to_array();
     let mut kept: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     let mut to: Vec<u32> = (0..draft.node_count()).collect();
     let (mut count, mut farthest) = (0, 0.0f64);
     for (n, &p) in nodes.iter().enumerate().filter(|(_, p)| p.is_finite()) {
         let [x, y, z] = cell(p);
-        let around = (-1..=1).flat_map(|dx| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dz| [x + dx, y + dy, z + dz])));
+        let around =
+            (-1..=1).flat_map(|dx| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dz| [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)])));
         let near = around.filter_map(|c| kept.get(&c)).flatten().copied().filter(|&m| nodes[m as usize].distance(p) <= apart);
         match near.min() {
             Some(first) => {

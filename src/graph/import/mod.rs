@@ -22,7 +22,7 @@ mod vtk;
 mod vtu;
 mod xml;
 
-pub use limits::FILE_BYTES;
+pub use limits::{FILE_BYTES, LISTED};
 
 use super::check::{self, Overlaps};
 use super::json;

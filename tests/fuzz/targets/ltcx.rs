@@ -1,0 +1,3 @@
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| -> libfuzzer_sys::Corpus { lattice_brep_fuzz::read("a.ltcx", lattice_brep_fuzz::Format::Ltcx, bytes) });
