@@ -82,7 +82,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Error> {
         }
         What::Graphs { run } => run.go(
             |seed| {
-                let on_conflict = if seed % 2 == 0 { OnConflict::Shrink } else { OnConflict::Refuse };
+                let on_conflict = if seed % 2 == 0 { OnConflict::Shrink { part: true } } else { OnConflict::Refuse };
                 (random::graph(seed), Options { on_conflict, ..Options::default() })
             },
             Tally::of_graphs(),
