@@ -3,6 +3,7 @@
 mod imported;
 
 use imported::{count, faults, lengths, notes, read, read_with, strut};
+use lattice_brep::graph::check::Overlaps;
 use lattice_brep::graph::import::{Format, ImportOptions, RadiusRule, Units};
 
 const CSV: &str = include_str!("examples/import/corner.csv");
@@ -28,9 +29,10 @@ fn csv_pairs_are_joined_at_their_ends_and_that_is_noted() {
 
 /// The box of these ends has a diagonal of 0 in doubles: cell numbers beyond all integers must not overflow.
 #[test]
-fn ends_nearer_than_doubles_can_measure_are_joined() {
+fn ends_nearer_than_doubles_can_measure_do_not_overflow() {
     let part = read("tiny.csv", "0,0,0,1e-200,0,0,1\n");
-    assert_eq!((count(&part).0, part.format), (1, Some(Format::Csv)));
+    assert_eq!((count(&part), part.format), ((2, 1), Some(Format::Csv)));
+    assert!(part.admit(Overlaps::Refuse).is_err());
 }
 
 #[test]

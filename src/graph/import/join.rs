@@ -13,7 +13,7 @@ pub fn ends(draft: &mut Draft) {
     let Some((low, high)) = usable().reduce(DVec3::min).zip(usable().reduce(DVec3::max)) else { return };
     // cells as wide as the tolerance: whatever is near enough is in the same cell or one beside it
     let apart = ONE_END * low.distance(high);
-    // a box so small that its diagonal is 0 in doubles has cells beyond all integers: these are one
+    // a box so small that its diagonal is 0 in doubles has cells beyond all integers: they saturate, and the checks refuse such nodes
     let cell = |p: DVec3| ((p - low) / apart.max(f64::MIN_POSITIVE)).floor().as_i64vec3().to_array();
     let mut kept: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     let mut to: Vec<u32> = (0..draft.node_count()).collect();

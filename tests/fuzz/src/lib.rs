@@ -89,7 +89,7 @@ pub fn solid(bytes: &[u8]) -> Corpus {
     let input = Input { name: None, nodes: places.chunks_exact(3).map(node).collect(), struts: struts.chunks_exact(4).take(20).map(strut).collect() };
     let Ok(lattice) = check::admit(input, Vec::new(), Overlaps::Refuse) else { return Corpus::Reject };
     let options = Options {
-        on_conflict: if flags & 2 == 0 { OnConflict::Refuse } else { OnConflict::Shrink },
+        on_conflict: if flags & 2 == 0 { OnConflict::Refuse } else { OnConflict::Shrink { part: true } },
         caps: if flags & 4 == 0 { Caps::Flat } else { Caps::Sphere },
         levels: if flags & 8 == 0 { 3 } else { 1 },
         ..Options::default()
