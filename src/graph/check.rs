@@ -15,6 +15,8 @@ const SMALLEST_RADIUS: f64 = 1e-9;
 /// Nodes closer than this are in one place (as a fraction of the bounding box's diagonal). Reason: above the round-off of
 /// coordinates printed with ten digits, far below any strut. Guessed.
 const ONE_PLACE: f64 = 1e-9;
+/// And closer than this in any case (mm). Reason: below it squares of lengths vanish in doubles.
+const LEAST_PLACE: f64 = 1e-150;
 /// Radii that differ by less are taken as equal (relative). Reason: round-off of unit conversion is 2e-16. Guessed.
 const EQUAL_RADII: f64 = 1e-12;
 /// Coarsest step of a coordinate (as a fraction of the smallest radius). Reason: a lattice so far from the origin
@@ -74,7 +76,7 @@ fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
     let mut faults = Vec::new();
     empty(input, &mut faults);
     coordinates(&input.nodes, &mut faults);
-    let apart = ONE_PLACE * size(&input.nodes);
+    let apart = (ONE_PLACE * size(&input.nodes)).max(LEAST_PLACE);
     let place = places(&input.nodes, apart, &mut faults);
     ends(input, apart, &place, &mut faults);
     radii(&input.struts, &mut faults);
