@@ -202,9 +202,7 @@ impl<'a> Builder<'a> {
 
     /// Position (mm) and unit of length (mm) of a node's skin: its largest radius.
     fn frame(&self, node: NodeId) -> (DVec3, f64) {
-        let radius = |&arm: &Arm| self.graph.radius(arm);
-        let r = self.graph.arms(node).iter().map(radius).fold(0.0, f64::max);
-        (self.graph.nodes()[node.index()], r)
+        (self.graph.nodes()[node.index()], self.graph.largest_radius(node))
     }
 
     /// Unit vector from the arm's node along the strut.
