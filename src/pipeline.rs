@@ -76,10 +76,12 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let graph = &graph;
 
     progress.stage("solids", 0, "");
-    let (skins, facts_of_nodes): (Vec<Option<Skin>>, Vec<Option<NodeFacts>>) = built.into_iter().map(|b| b.map(NodeFacts::split).unzip()).unzip();
+    let skins: Vec<Option<&Skin>> = built.iter().map(|b| b.as_ref().map(|b| &b.skin)).collect();
     let assemble = AssembleOptions { caps: options.caps };
     let model = clock.time("assembly", || brep::assemble(graph, &skins, &assemble)).map_err(internal)?;
     drop(skins);
+    let facts_of_nodes: Vec<Option<NodeFacts>> = built.iter().map(|b| b.as_deref().map(NodeFacts::of)).collect();
+    drop(built);
 
     progress.stage("checks", 0, "");
     let rungs = rungs(graph, &facts_of_nodes);
@@ -169,9 +171,9 @@ struct NodeFacts {
 }
 
 impl NodeFacts {
-    fn split(built: Built) -> (Skin, NodeFacts) {
-        let Built { skin, rung, quality, reasons } = built;
-        (skin, NodeFacts { rung, reasons, deviation: quality.deviation, mean_deviation: quality.mean_deviation })
+    fn of(built: &Built) -> NodeFacts {
+        let Built { rung, quality, reasons, .. } = built;
+        NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation }
     }
 }
 

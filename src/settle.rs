@@ -11,6 +11,8 @@ use crate::ladder::{self, Built, Degrees};
 use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
 use rayon::prelude::*;
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// Factor on the radii of all struts at a node that could not be built, each round. Guessed: near the least that is needed, in few rounds.
 const EASE: f64 = 0.93;
@@ -23,12 +25,12 @@ pub struct Settled {
     pub graph: Graph,
     pub cuts: Cuts,
     pub shrunk: Vec<Shrunk>,
-    /// By `NodeId`; none where a node has no struts.
-    pub built: Vec<Option<Built>>,
+    /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built.
+    pub built: Vec<Option<Arc<Built>>>,
 }
 
-/// What became of one node in the last round, and what it was built from.
-type Tried = (Star, Result<Built, Vec<String>>);
+/// What became of each different star, by its bits.
+type Known = HashMap<Vec<u64>, Result<Arc<Built>, Vec<String>>>;
 
 /// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
 pub fn settle(given: &Graph, options: &Options, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<Settled, Error> {
@@ -37,7 +39,7 @@ pub fn settle(given: &Graph, options: &Options, begin: &dyn Fn(u64), advance: &(
         _ => given.clone(),
     };
     let degrees = Degrees::new();
-    let mut tried: Vec<Option<Tried>> = (0..graph.nodes().len()).map(|_| None).collect();
+    let mut known = Known::new();
     for round in 0.. {
         let cuts = match options.on_conflict {
             OnConflict::Refuse => cuts::negotiate(&graph, options.lambda).map_err(cannot_cut)?,
@@ -47,39 +49,40 @@ pub fn settle(given: &Graph, options: &Options, begin: &dyn Fn(u64), advance: &(
                 cuts
             }
         };
-        // a node whose star has not changed is as it was
         let stars = stars(&graph, &cuts, options);
-        let is_new = |(star, old): &(&Star, &Option<Tried>)| star.degree() > 0 && old.as_ref().is_none_or(|(before, _)| before != *star);
-        begin(stars.iter().zip(&tried).filter(is_new).count() as u64);
-        tried = stars
-            .into_par_iter()
-            .zip(tried)
-            .map(|(star, old)| match old {
-                _ if star.degree() == 0 => None,
-                Some((before, built)) if before == star => Some((before, built)),
-                _ => {
-                    let built = ladder::build(star.clone(), options, &degrees);
-                    advance();
-                    Some((star, built))
-                }
-            })
-            .collect();
-        let failed: Vec<NodeId> = graph.node_ids().filter(|n| matches!(tried[n.index()], Some((_, Err(_))))).collect();
+        let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
+        let new = unknown(&stars, &keys, &known);
+        begin(new.len() as u64);
+        let build = |(key, star): (Vec<u64>, Star)| {
+            let built = ladder::build(star, options, &degrees).map(Arc::new);
+            advance();
+            (key, built)
+        };
+        known.extend(new.into_par_iter().map(build).collect::<Vec<_>>());
+        let of = |n: NodeId| known.get(&keys[n.index()]);
+        let failed: Vec<(NodeId, &[String])> = graph.node_ids().filter_map(|n| Some((n, of(n)?.as_ref().err()?.as_slice()))).collect();
         if failed.is_empty() {
-            let built = tried.into_iter().map(|t| t.and_then(|(_, built)| built.ok())).collect();
+            let built = graph.node_ids().map(|n| of(n)?.as_ref().ok().cloned()).collect();
             let shrunk = cuts::shrunk(given, &graph);
             return Ok(Settled { graph, cuts, shrunk, built });
         }
         if options.on_conflict == OnConflict::Refuse || round == MOST_ROUNDS {
-            return Err(cannot_build(&graph, &failed, &tried));
+            return Err(cannot_build(&graph, &failed));
         }
         let mut factors = vec![1.0; graph.struts().len()];
-        for arm in failed.iter().flat_map(|&n| graph.arms(n)) {
+        for arm in failed.iter().flat_map(|&(n, _)| graph.arms(n)) {
             factors[arm.strut.index()] = EASE;
         }
         graph = cuts::scaled(&graph, &factors);
     }
     unreachable!("the loop returns")
+}
+
+/// The stars with struts that are not known yet, each once, in the order of their first nodes.
+fn unknown(stars: &[Star], keys: &[Vec<u64>], known: &Known) -> Vec<(Vec<u64>, Star)> {
+    let mut met: HashSet<&[u64]> = HashSet::new();
+    let all = stars.iter().zip(keys);
+    all.filter(|(star, key)| star.degree() > 0 && !known.contains_key(*key) && met.insert(key)).map(|(star, key)| (key.clone(), star.clone())).collect()
 }
 
 /// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
@@ -112,11 +115,10 @@ fn cannot_cut(conflicts: Vec<cuts::Conflict>) -> Error {
     Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }
 }
 
-fn cannot_build(graph: &Graph, failed: &[NodeId], tried: &[Option<Tried>]) -> Error {
-    let reason = |&n: &NodeId| {
-        let why = tried[n.index()].as_ref().and_then(|(_, built)| built.as_ref().err()).map(|why| why.join("; ")).unwrap_or_default();
+fn cannot_build(graph: &Graph, failed: &[(NodeId, &[String])]) -> Error {
+    let reason = |&(n, why): &(NodeId, &[String])| {
         let struts: Vec<String> = graph.arms(n).iter().map(|a| a.strut.0.to_string()).collect();
-        format!("node {} (struts {}): {why}", n.0, struts.join(", "))
+        format!("node {} (struts {}): {}", n.0, struts.join(", "), why.join("; "))
     };
     Error::CannotBuild { reasons: failed.iter().map(reason).collect() }
 }
