@@ -194,3 +194,25 @@ fn two_parts_become_two_solids_in_one_file() {
     }
     assert_eq!(solids.len(), 2);
 }
+
+#[test]
+#[cfg(unix)]
+fn an_interrupt_leaves_nothing_behind() {
+    let folder = Folder::new();
+    let graph = folder.path("octet.json");
+    let cell = ["cell", "octet", "--size", "10", "--repeat", "6x6x6", "--radius", "0.5", "-o"];
+    assert!(Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(cell).arg(&graph).status().unwrap().success());
+    let mut run = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(["export", "--quiet"]).arg(&graph).spawn().unwrap();
+    // ready before it is needed: a new process may take longer than the writing on a busy machine
+    let mut killer = Command::new("sh").args(["-c", "read go; kill -INT $0", &run.id().to_string()]).stdin(std::process::Stdio::piped()).spawn().unwrap();
+    // while the file is being written
+    while folder.names().len() < 2 {
+        assert!(run.try_wait().unwrap().is_none(), "ended before it wrote anything");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(folder.names()[0].starts_with(".lattice-brep-"), "{:?}", folder.names());
+    std::io::Write::write_all(&mut killer.stdin.take().unwrap(), b"go\n").unwrap();
+    assert!(killer.wait().unwrap().success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    assert_eq!(folder.names(), ["octet.json"]);
+}
