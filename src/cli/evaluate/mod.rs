@@ -97,7 +97,7 @@ impl NodesArgs {
         let threads = self.threads.unwrap_or(0);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| Error::Internal(e.to_string()))?;
         let figures = chosen.iter().map(|set| pool.install(|| self.measure(set, &readings, &evaluation))).collect::<Result<Vec<_>, _>>()?;
-        output::write(None, |out| write!(out, "{}\n{}", deviations(&figures), fairness(&figures)))?;
+        output::write(None, |out| write!(out, "{}\n{}\n{}", deviations(&figures), factors(&figures), fairness(&figures)))?;
         match &self.json {
             None => Ok(()),
             Some(path) => output::write(Some(path), |out| {
@@ -127,28 +127,57 @@ impl NodesArgs {
     }
 }
 
+impl Figures {
+    /// Each kind of surface with the deviations of all nodes that have it.
+    fn surfaces(&self) -> Vec<(&'static str, Vec<Deviation>)> {
+        let films = (0..self.readings.len()).map(|k| (self.readings[k], self.nodes.iter().filter_map(|n| n.films[k]).collect()));
+        let patches = |n: &Measured, k: usize| n.patches[k].as_ref().map(|p| p.deviation);
+        let patches = FAIRINGS.iter().enumerate().map(|(k, (name, _))| (*name, self.nodes.iter().filter_map(|n| patches(n, k)).collect()));
+        films.chain(patches).collect()
+    }
+}
+
+/// Max, Avg and Std.
+fn three(list: &[Deviation]) -> [Spread; 3] {
+    let of = |figure: fn(&Deviation) -> f64| Spread::new(list.iter().map(figure));
+    [of(|d| d.max), of(|d| d.avg), of(|d| d.std)]
+}
+
+/// How far Max, Avg and Std are from the paper's: the mean of |ln(ours / paper's)|.
+fn off(list: &[Deviation], paper: &[f64; 3]) -> f64 {
+    three(list).iter().zip(paper).map(|(ours, paper)| (ours.median / paper).ln().abs()).sum::<f64>() / 3.0
+}
+
 /// The table of deviations, after Table 1.
 fn deviations(figures: &[Figures]) -> String {
     let mut out =
         String::from("| set | surface | nodes | Max mm | Avg mm | Std mm | most outside | most inside | factor |\n|---|---|---|---|---|---|---|---|---|\n");
-    for Figures { set, paper, readings, nodes, .. } in figures {
-        let [max, avg, std] = paper.map(|x| format!("{x:.4}"));
-        out += &format!("| {set} | Table 1 | 1 | {max} | {avg} | {std} | | | |\n");
-        let films = (0..readings.len()).map(|k| (readings[k], nodes.iter().filter_map(|n| n.films[k]).collect::<Vec<_>>()));
-        let patches = (0..FAIRINGS.len()).map(|k| (FAIRINGS[k].0, nodes.iter().filter_map(|n| n.patches[k].as_ref().map(|p| p.deviation)).collect()));
-        for (surface, list) in films.chain(patches) {
-            out += &deviation(set, surface, &list, paper);
+    for set in figures {
+        let [max, avg, std] = set.paper.map(|x| format!("{x:.4}"));
+        out += &format!("| {} | Table 1 | 1 | {max} | {avg} | {std} | | | |\n", set.set);
+        for (surface, list) in set.surfaces() {
+            let sides: [fn(&Deviation) -> f64; 2] = [|d| d.max_outside, |d| d.max_inside];
+            let sides = sides.map(|figure| Spread::new(list.iter().map(figure)));
+            let columns = three(&list).iter().chain(&sides).map(|s| s.text(4)).collect::<Vec<_>>().join(" | ");
+            out += &format!("| {} | {surface} | {} | {columns} | {:.2} |\n", set.set, list.len(), off(&list, &set.paper).exp());
         }
     }
     out + "\nFactor: exp of the mean |ln(ours / paper's)| of Max, Avg and Std: 1 where they agree. Of several nodes: median (least to largest).\n"
 }
 
-fn deviation(set: &str, surface: &str, list: &[Deviation], paper: &[f64; 3]) -> String {
-    let of = |figure: fn(&Deviation) -> f64| Spread::new(list.iter().map(figure));
-    let three = [of(|d| d.max), of(|d| d.avg), of(|d| d.std)];
-    let off: f64 = three.iter().zip(paper).map(|(ours, paper)| (ours.median / paper).ln().abs()).sum();
-    let columns = three.iter().chain(&[of(|d| d.max_outside), of(|d| d.max_inside)]).map(|s| s.text(4)).collect::<Vec<_>>();
-    format!("| {set} | {surface} | {} | {} | {:.2} |\n", list.len(), columns.join(" | "), (off / 3.0).exp())
+/// The table of mean factors over all regular and over all irregular sets.
+fn factors(figures: &[Figures]) -> String {
+    let mut out = String::from("| surface | factor, regular sets | factor, irregular sets |\n|---|---|---|\n");
+    let names: Vec<&str> = figures.first().map(|set| set.surfaces().iter().map(|s| s.0).collect()).unwrap_or_default();
+    for (k, name) in names.into_iter().enumerate() {
+        let mean = |regular: bool| {
+            let sets = figures.iter().filter(|set| set.least_angle.is_none() == regular);
+            let offs: Vec<f64> = sets.map(|set| off(&set.surfaces()[k].1, &set.paper)).collect();
+            if offs.is_empty() { String::new() } else { format!("{:.2}", (offs.iter().sum::<f64>() / offs.len() as f64).exp()) }
+        };
+        out += &format!("| {name} | {} | {} |\n", mean(true), mean(false));
+    }
+    out
 }
 
 /// The table of curvatures of the patches.
@@ -216,6 +245,9 @@ mod tests {
     #[test]
     fn the_factor_is_that_of_the_figures() {
         let half = Deviation { max: 0.5, avg: 0.1, std: 0.2, ..Deviation::default() };
-        assert!(deviation("set", "surface", &[half], &[1.0, 0.2, 0.4]).ends_with("| 2.00 |\n"));
+        assert!((off(&[half; 3], &[1.0, 0.2, 0.4]).exp() - 2.0).abs() < 1e-12);
+        // one figure twice, one half: they do not cancel
+        let mixed = Deviation { max: 2.0, avg: 0.1, std: 0.4, ..Deviation::default() };
+        assert!((off(&[mixed], &[1.0, 0.2, 0.4]) - 4f64.ln() / 3.0).abs() < 1e-12);
     }
 }
