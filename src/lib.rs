@@ -5,6 +5,7 @@
 pub mod brep;
 pub mod cuts;
 pub mod error;
+pub mod evaluate;
 pub mod graph;
 pub mod ids;
 pub mod inspect;

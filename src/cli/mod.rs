@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod cell;
 pub mod check;
+pub mod evaluate;
 pub mod export;
 pub mod input;
 pub mod inspect;

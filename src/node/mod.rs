@@ -1,5 +1,6 @@
 //! Node layer: `Graph, node ▶ Film`. One file per step of the soap-film method
-//! (Luo & Zou 2025): cut, cells, film, fair, refine; `level_set` is the fall-back shape.
+//! (Luo & Zou 2025): cut, cells, film, fair, refine; `level_set` is the fall-back shape;
+//! `deviation` measures against the shape before blending.
 //!
 //! Node units throughout: the node at the origin, lengths divided by the node's radius.
 //! The film that leaves this layer is star-shaped enough to be met by every ray asked of it:
@@ -7,6 +8,7 @@
 
 pub mod cells;
 pub mod cut;
+pub mod deviation;
 pub mod fair;
 pub mod film;
 pub mod level_set;

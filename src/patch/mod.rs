@@ -2,6 +2,7 @@
 //! Everything is in node units: the node at the origin, lengths divided by the node's radius.
 
 pub mod check;
+pub mod fairness;
 pub mod fit;
 pub mod forms;
 pub mod layout;

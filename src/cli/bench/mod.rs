@@ -1,6 +1,6 @@
 //! `lattice-brep bench`: seeded random lattices through the whole pipeline, counted as accepted, refused or failed.
 
-mod random;
+pub mod random;
 mod tally;
 
 use super::output;

@@ -52,7 +52,7 @@ impl Random {
     }
 
     /// Uniform on the unit sphere.
-    fn direction(&mut self) -> DVec3 {
+    pub fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let (sin, cos) = (TAU * self.next()).sin_cos();
         let r = (1.0 - z * z).sqrt();

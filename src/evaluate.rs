@@ -1,0 +1,289 @@
+//! Case study 1 of the paper (section 4.1, Table 1, figures 14 and 15): how far a node's surface lies from the original node, and how
+//! fair it is. All struts have the radius 1 mm, so node units are mm.
+
+use crate::ladder::{self, Degrees, Rung};
+use crate::math::nurbs::Table;
+use crate::node::deviation::Original;
+use crate::node::film::{self, Control, FIXED_ROWS};
+use crate::node::mesh::Mesh;
+use crate::node::{Cells, Fairing, Star, cut, fair, refine};
+use crate::options::Options;
+use crate::patch::{Skin, fairness};
+use glam::DVec3;
+use serde::Serialize;
+
+/// One way to read the paper's fairing (section 3.3.2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    pub name: &'static str,
+    /// None: the film as built.
+    pub fairing: Option<Fairing>,
+    /// Rows of vertices that stay on the cylinder, the rim among them.
+    pub fixed_rows: usize,
+}
+
+impl Reading {
+    const fn new(name: &'static str, fairing: Option<Fairing>, fixed_rows: usize) -> Reading {
+        Reading { name, fairing, fixed_rows }
+    }
+
+    /// Section 3.3.2 to the letter, uniform weights, the rim and its 2-ring fixed; and what we build.
+    pub const USUAL: [Reading; 2] =
+        [Reading::new("film as printed", Some(Fairing::Paper), FIXED_ROWS), Reading::new("film on rays", Some(Fairing::Ray), FIXED_ROWS)];
+
+    /// What else the paper's words leave room for.
+    pub const OTHERS: [Reading; 5] = [
+        Reading::new("as printed, 1-ring fixed", Some(Fairing::Paper), 2),
+        Reading::new("as printed, rim fixed", Some(Fairing::Paper), 1),
+        Reading::new("on rays, 1-ring fixed", Some(Fairing::Ray), 2),
+        Reading::new("on rays, rim fixed", Some(Fairing::Ray), 1),
+        Reading::new("film not faired", None, FIXED_ROWS),
+    ];
+}
+
+/// Absolute distances to the original node over a surface, each part counted by its area. In mm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Deviation {
+    pub max: f64,
+    pub avg: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Largest distance outside and inside the original node.
+    pub max_outside: f64,
+    pub max_inside: f64,
+    pub samples: usize,
+}
+
+/// Figures of our patches. Lengths in mm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Patches {
+    pub deviation: Deviation,
+    /// Built from the soap film, the first rung of the ladder.
+    pub first_rung: bool,
+    pub patches: usize,
+    pub area: f64,
+    pub max_mean_curvature: f64,
+    /// 99 % of the area keeps to it.
+    pub usual_mean_curvature: f64,
+    pub thin_plate: f64,
+    pub variation: f64,
+    pub max_edge_jump: f64,
+}
+
+/// What was measured of one node.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Measured {
+    /// Of the refined mesh, by reading; none where fairing failed.
+    pub films: Vec<Option<Deviation>>,
+    /// By `FAIRINGS`; none where the node is refused.
+    pub patches: Vec<Option<Patches>>,
+}
+
+/// The films that patches are fitted to: `export --fairing`.
+pub const FAIRINGS: [(&str, Fairing); 2] = [("our patches", Fairing::Ray), ("patches, film as printed", Fairing::Paper)];
+
+/// Measures nodes with the options of a usual run.
+pub struct Evaluation {
+    /// Least number of points on each surface.
+    pub samples: usize,
+    options: Options,
+    degrees: Degrees,
+}
+
+impl Evaluation {
+    pub fn new(samples: usize) -> Evaluation {
+        Evaluation { samples, options: Options::default(), degrees: Degrees::new() }
+    }
+
+    /// Measure the node of struts along these unit vectors.
+    pub fn node(&self, axes: &[DVec3], readings: &[Reading]) -> Result<Measured, String> {
+        let star = Star::uniform(axes.to_vec(), cut::cuts(axes, self.options.lambda));
+        let original = Original::new(&star)?;
+        let film = |reading: &Reading| refined(&star, reading, self.options.levels).ok().map(|mesh| of_mesh(&mesh, &original, self.samples));
+        let films = readings.iter().map(film).collect();
+        let patches = FAIRINGS.map(|(_, fairing)| self.patches(&star, &original, fairing)).into();
+        Ok(Measured { films, patches })
+    }
+
+    fn patches(&self, star: &Star, original: &Original, fairing: Fairing) -> Option<Patches> {
+        let built = ladder::build(star.clone(), &Options { fairing, ..self.options.clone() }, &self.degrees).ok()?;
+        let fairness = fairness::measure(&built.skin);
+        Some(Patches {
+            deviation: of_skin(&built.skin, original, self.samples),
+            first_rung: built.rung == Rung::SoapFilm,
+            patches: built.skin.patches.len(),
+            area: fairness.area,
+            max_mean_curvature: fairness.most_mean,
+            usual_mean_curvature: fairness.usual_mean,
+            thin_plate: fairness.thin_plate,
+            variation: fairness.variation,
+            max_edge_jump: fairness.most_jump,
+        })
+    }
+}
+
+/// The film of one reading after `levels` levels of refinement.
+pub fn refined(star: &Star, reading: &Reading, levels: u32) -> Result<Mesh, String> {
+    let cells = Cells::new(star)?;
+    let mut control = film::control_mesh(star, &cells);
+    let rows = rows(&control);
+    control.free = rows.iter().map(|&row| row >= reading.fixed_rows).collect();
+    if let Some(fairing) = reading.fairing {
+        fair::fair(&mut control, fairing)?;
+    }
+    Ok(refine::refine(control, star, levels))
+}
+
+/// The row of each vertex: edges between it and the nearest rim.
+fn rows(control: &Control) -> Vec<usize> {
+    let mut rows: Vec<usize> = control.rims.iter().map(|rim| if rim.is_some() { 0 } else { usize::MAX }).collect();
+    for row in 0.. {
+        let before = rows.clone();
+        for t in &control.triangles.0 {
+            let t = t.map(|v| v as usize);
+            if t.iter().any(|&v| before[v] == row) {
+                t.iter().for_each(|&v| rows[v] = rows[v].min(row + 1));
+            }
+        }
+        if rows == before {
+            break;
+        }
+    }
+    rows
+}
+
+/// The deviation of a mesh's facets by the trapezoidal rule: each is cut into equal triangles, their corners are the samples.
+pub fn of_mesh(mesh: &Mesh, original: &Original, samples: usize) -> Deviation {
+    let parts = parts(samples, mesh.triangles.0.len());
+    let mut sum = Sum::default();
+    for t in &mesh.triangles.0 {
+        let [a, b, c] = t.map(|v| mesh.points[v as usize]);
+        let (e, f) = ((b - a) / parts as f64, (c - a) / parts as f64);
+        let share = 0.5 * e.cross(f).length() / 3.0;
+        for i in 0..=parts {
+            for j in 0..=parts - i {
+                // triangles that meet there
+                let around = match [i, j, parts - i - j].iter().filter(|&&at| at == 0).count() {
+                    0 => 6.0,
+                    1 => 3.0,
+                    _ => 1.0,
+                };
+                sum.add(original.distance(a + i as f64 * e + j as f64 * f), around * share);
+            }
+        }
+    }
+    sum.deviation()
+}
+
+/// The deviation of a skin's patches by the trapezoidal rule, even in u and v, borders among the samples.
+pub fn of_skin(skin: &Skin, original: &Original, samples: usize) -> Deviation {
+    let parts = parts(samples, skin.patches.len());
+    let end = |k: usize| if k == 0 || k == parts { 0.5 } else { 1.0 };
+    let mut sum = Sum::default();
+    for patch in &skin.patches {
+        let surface = &patch.surface;
+        let [u, v] = [0, 1].map(|k| Table::even(surface.degree[k], &surface.knots[k], parts + 1));
+        for (at, jet) in surface.jets1([&u, &v]).into_iter().enumerate() {
+            let share = end(at / (parts + 1)) * end(at % (parts + 1)) / (parts * parts) as f64;
+            sum.add(original.distance(jet.p), share * jet.du.cross(jet.dv).length());
+        }
+    }
+    sum.deviation()
+}
+
+/// Parts each way on each of `count` pieces, so that all together have at least so many samples.
+fn parts(samples: usize, count: usize) -> usize {
+    (samples as f64 / count as f64).sqrt().ceil().max(1.0) as usize
+}
+
+/// Sums over samples.
+#[derive(Default)]
+struct Sum {
+    area: f64,
+    first: f64,
+    second: f64,
+    outside: f64,
+    inside: f64,
+    samples: usize,
+}
+
+impl Sum {
+    fn add(&mut self, distance: f64, area: f64) {
+        self.area += area;
+        self.first += area * distance.abs();
+        self.second += area * distance * distance;
+        self.outside = self.outside.max(distance);
+        self.inside = self.inside.max(-distance);
+        self.samples += 1;
+    }
+
+    fn deviation(&self) -> Deviation {
+        let avg = self.first / self.area;
+        Deviation {
+            max: self.outside.max(self.inside),
+            avg,
+            std: (self.second / self.area - avg * avg).max(0.0).sqrt(),
+            max_outside: self.outside,
+            max_inside: self.inside,
+            samples: self.samples,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn octahedron() -> Star {
+        let axes: Vec<DVec3> = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|a| [a, -a]).collect();
+        let cuts = cut::cuts(&axes, 0.3);
+        Star::uniform(axes, cuts)
+    }
+
+    #[test]
+    fn usual_rows_are_those_of_the_film() {
+        let star = octahedron();
+        let control = film::control_mesh(&star, &Cells::new(&star).unwrap());
+        let free: Vec<bool> = rows(&control).iter().map(|&row| row >= FIXED_ROWS).collect();
+        assert_eq!(free, control.free);
+        assert_eq!(rows(&control).into_iter().max(), Some(film::LAYERS));
+    }
+
+    /// Distances from 0 to 1 over a strut, each as often as the others.
+    #[test]
+    fn max_avg_and_std_of_a_ramp() {
+        let original = Original::new(&octahedron()).unwrap();
+        let mut sum = Sum::default();
+        let n = 1000;
+        for k in 0..n {
+            sum.add(original.distance(DVec3::new(5.0, 1.0 + (k as f64 + 0.5) / n as f64, 0.0)), 2.0);
+        }
+        let d = sum.deviation();
+        assert!((d.avg - 0.5).abs() < 1e-12 && (d.std - (1.0 / 12f64).sqrt()).abs() < 1e-6 && (d.max - 0.9995).abs() < 1e-12, "{d:?}");
+        assert_eq!((d.max_inside, d.samples), (0.0, n));
+    }
+
+    /// A triangle 6 radii along a strut, 0 to 1 above it: the mean of its corners.
+    #[test]
+    fn a_facet_counts_by_its_area() {
+        let points = vec![DVec3::new(5.0, 1.0, 0.0), DVec3::new(11.0, 1.0, 0.0), DVec3::new(5.0, 2.0, 0.0)];
+        let triangles = crate::node::mesh::Triangles(vec![[0, 1, 2]]);
+        let facets = crate::node::mesh::Facets { twins: triangles.twins(), triangles };
+        let mesh = Mesh::new(points, vec![DVec3::Z; 3], facets, vec![], &[]);
+        let d = of_mesh(&mesh, &Original::new(&octahedron()).unwrap(), 10_000);
+        assert!((d.avg - 1.0 / 3.0).abs() < 1e-12 && (d.max - 1.0).abs() < 1e-12, "{d:?}");
+        // of a height h the share 2 (1 - h): the variance is 1/18
+        assert!((d.std - (1.0 / 18f64).sqrt()).abs() < 1e-4, "{d:?}");
+    }
+
+    /// Mesh and patches of one node are one shape: their figures agree, and more samples change them little.
+    #[test]
+    fn mesh_and_patches_agree() {
+        let axes = octahedron().axes;
+        let [few, many] = [20_000, 80_000].map(|samples| Evaluation::new(samples).node(&axes, &Reading::USUAL).unwrap());
+        let patches = |m: &Measured| m.patches[0].as_ref().unwrap().deviation;
+        for (a, b) in [(few.films[1].unwrap(), many.films[1].unwrap()), (many.films[1].unwrap(), patches(&many)), (patches(&few), patches(&many))] {
+            assert!(a.samples >= 20_000 && (a.max - b.max).abs() < 0.01 && (a.avg - b.avg).abs() < 1e-3 && (a.std - b.std).abs() < 1e-3, "{a:?} {b:?}");
+        }
+    }
+}
