@@ -1,85 +1,128 @@
 //! From a graph to built nodes: cuts for all struts, then each node by the ladder; where something does not fit, what the policy says.
 //! `OnConflict::Refuse` answers with all reasons at once. `OnConflict::Shrink` makes radii smaller: of struts that overlap, of struts that
-//! no cuts fit, and of the struts at nodes that no rung of the ladder can build, until all is built or there is no more to gain.
+//! no cuts fit, of the ends at nodes that no rung of the ladder can build, and where skins cross, until all is well or there is no more to gain.
 
-use crate::cuts::{self, Cuts, Shrunk};
+use crate::cuts::{self, Cuts, Radii, Shrunk, Thinner};
 use crate::error::Error;
 use crate::graph::proximity::NearMiss;
-use crate::graph::{Arm, Graph};
+use crate::graph::{Arm, End, Graph};
 use crate::ids::NodeId;
 use crate::ladder::{self, Built, Degrees};
 use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
+use glam::DVec3;
 use rayon::prelude::*;
 
-/// Factor on the radii of all struts at a node that could not be built, each round. Guessed: near the least that is needed, in few rounds.
+/// Factor on radii at a node that could not be built, or where its skin crosses something, each round. Guessed: near the least that
+/// is needed, in few rounds.
 const EASE: f64 = 0.93;
 /// Rounds of easing before a node is given up: radii are then a twentieth of what they were.
 const MOST_ROUNDS: usize = 40;
 
-/// A graph whose nodes are all built.
-pub struct Settled {
-    /// As given, or with smaller radii.
-    pub graph: Graph,
-    pub cuts: Cuts,
-    pub shrunk: Vec<Shrunk>,
+/// A graph on its way to nodes that are all built.
+pub struct Settling<'a> {
+    given: &'a Graph,
+    options: &'a Options,
+    radii: Radii<'a>,
+    degrees: Degrees,
     /// By `NodeId`; none where a node has no struts.
-    pub built: Vec<Option<Built>>,
+    tried: Vec<Option<Tried>>,
+    /// How often radii have been eased.
+    rounds: usize,
 }
 
 /// What became of one node in the last round, and what it was built from.
 type Tried = (Star, Result<Built, Vec<String>>);
 
-/// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
-pub fn settle(given: &Graph, options: &Options, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<Settled, Error> {
-    let mut graph = match options.on_conflict {
-        OnConflict::Shrink { part: true } => cuts::part(given).map_err(cannot_part)?,
-        _ => given.clone(),
-    };
-    let degrees = Degrees::new();
-    let mut tried: Vec<Option<Tried>> = (0..graph.nodes().len()).map(|_| None).collect();
-    for round in 0.. {
-        let cuts = match options.on_conflict {
-            OnConflict::Refuse => cuts::negotiate(&graph, options.lambda).map_err(cannot_cut)?,
-            OnConflict::Shrink { .. } => {
-                let (smaller, cuts) = cuts::shrink(&graph, options.lambda);
-                graph = smaller;
-                cuts
+/// The graph, as given or with smaller radii, and its cuts, for which all nodes are built.
+pub struct Settled {
+    pub graph: Graph,
+    pub cuts: Cuts,
+}
+
+impl<'a> Settling<'a> {
+    /// Struts that overlap are parted here, if the policy says so.
+    pub fn new(given: &'a Graph, options: &'a Options) -> Result<Self, Error> {
+        let mut radii = Radii::new(given);
+        if options.on_conflict == (OnConflict::Shrink { part: true }) {
+            cuts::part(&mut radii).map_err(cannot_part)?;
+        }
+        let tried = given.node_ids().map(|_| None).collect();
+        Ok(Settling { given, options, radii, degrees: Degrees::new(), tried, rounds: 0 })
+    }
+
+    /// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
+    pub fn settle(&mut self, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<Settled, Error> {
+        loop {
+            let cuts = match self.options.on_conflict {
+                OnConflict::Refuse => cuts::negotiate(self.given, self.options.lambda).map_err(cannot_cut)?,
+                OnConflict::Shrink { .. } => cuts::shrink(&mut self.radii, self.options.lambda),
+            };
+            let graph = self.radii.graph();
+            self.build(stars(&graph, &cuts, self.options), begin, advance);
+            let failed: Vec<NodeId> = graph.node_ids().filter(|n| matches!(self.tried[n.index()], Some((_, Err(_))))).collect();
+            if failed.is_empty() {
+                return Ok(Settled { graph, cuts });
             }
-        };
-        // a node whose star has not changed is as it was
-        let stars = stars(&graph, &cuts, options);
+            let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: EASE };
+            if !self.ease(failed.iter().flat_map(|&n| graph.arms(n)).map(ease)) {
+                return Err(cannot_build(&graph, &failed, &self.tried));
+            }
+        }
+    }
+
+    /// Build all nodes whose star has changed.
+    fn build(&mut self, stars: Vec<Star>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) {
+        let tried = std::mem::take(&mut self.tried);
         let is_new = |(star, old): &(&Star, &Option<Tried>)| star.degree() > 0 && old.as_ref().is_none_or(|(before, _)| before != *star);
         begin(stars.iter().zip(&tried).filter(is_new).count() as u64);
-        tried = stars
+        self.tried = stars
             .into_par_iter()
             .zip(tried)
             .map(|(star, old)| match old {
                 _ if star.degree() == 0 => None,
                 Some((before, built)) if before == star => Some((before, built)),
                 _ => {
-                    let built = ladder::build(star.clone(), options, &degrees);
+                    let built = ladder::build(star.clone(), self.options, &self.degrees);
                     advance();
                     Some((star, built))
                 }
             })
             .collect();
-        let failed: Vec<NodeId> = graph.node_ids().filter(|n| matches!(tried[n.index()], Some((_, Err(_))))).collect();
-        if failed.is_empty() {
-            let built = tried.into_iter().map(|t| t.and_then(|(_, built)| built.ok())).collect();
-            let shrunk = cuts::shrunk(given, &graph);
-            return Ok(Settled { graph, cuts, shrunk, built });
-        }
-        if options.on_conflict == OnConflict::Refuse || round == MOST_ROUNDS {
-            return Err(cannot_build(&graph, &failed, &tried));
-        }
-        let mut factors = vec![1.0; graph.struts().len()];
-        for arm in failed.iter().flat_map(|&n| graph.arms(n)) {
-            factors[arm.strut.index()] = EASE;
-        }
-        graph = cuts::scaled(&graph, &factors);
     }
-    unreachable!("the loop returns")
+
+    /// Skins of these nodes meet at these places (mm) what they should not: make the node's strut that points there thinner at that height.
+    /// False if the policy does not allow it or there is no more to gain; else settle again.
+    pub fn part(&mut self, meetings: &[(NodeId, DVec3)]) -> bool {
+        let thinner = |&(node, at): &(NodeId, DVec3)| {
+            let to = at - self.given.nodes()[node.index()];
+            let axes = Star::directions(self.given, node);
+            let (arm, axis) = self.given.arms(node).iter().zip(axes).max_by(|(_, a), (_, b)| a.dot(to).total_cmp(&b.dot(to))).expect("a skin has struts");
+            let part = (axis.dot(to) / self.given.length(arm.strut)).clamp(0.0, 1.0);
+            Thinner { strut: arm.strut, t: if arm.end == End::A { part } else { 1.0 - part }, to: EASE }
+        };
+        let wishes: Vec<Thinner> = meetings.iter().map(thinner).collect();
+        !wishes.is_empty() && self.options.on_conflict == (OnConflict::Shrink { part: true }) && self.ease(wishes)
+    }
+
+    fn ease(&mut self, wishes: impl IntoIterator<Item = Thinner>) -> bool {
+        if self.options.on_conflict == OnConflict::Refuse || self.rounds == MOST_ROUNDS {
+            return false;
+        }
+        self.rounds += 1;
+        self.radii.thin(wishes);
+        true
+    }
+
+    /// The nodes as they are built, by `NodeId`.
+    pub fn built(&mut self) -> impl Iterator<Item = Option<&mut Built>> {
+        self.tried.iter_mut().map(|t| t.as_mut().and_then(|(_, built)| built.as_mut().ok()))
+    }
+
+    /// What was made smaller.
+    pub fn shrunk(&self) -> Vec<Shrunk> {
+        self.radii.shrunk()
+    }
 }
 
 /// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
