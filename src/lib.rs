@@ -15,5 +15,5 @@ pub mod options;
 pub mod patch;
 pub mod pipeline;
 pub mod report;
-mod settle;
+pub mod settle;
 pub mod step;

@@ -3,6 +3,7 @@
 mod cli;
 
 use clap::{Parser, Subcommand};
+use lattice_brep::error::Error;
 use std::process::ExitCode;
 
 /// Most faults shown on the terminal; a report or the library lists them all.
@@ -28,7 +29,19 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Args::parse().command {
+    let command = Args::parse().command;
+    let result = cli::output::clean_up_on_interrupt().and_then(|()| run(command));
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", error.brief(MOST_FAULTS_SHOWN));
+            ExitCode::from(error.exit_code() as u8)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<(), Error> {
+    match command {
         Command::Bench(args) => cli::bench::run(&args),
         Command::Cell(args) => cli::cell::run(&args),
         Command::Check(args) => cli::check::run(&args),
@@ -36,12 +49,5 @@ fn main() -> ExitCode {
         Command::Inspect(args) => cli::inspect::run(&args),
         Command::Repair(args) => cli::repair::run(&args),
         Command::Schema(args) => cli::schema::run(&args),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {}", error.brief(MOST_FAULTS_SHOWN));
-            ExitCode::from(error.exit_code() as u8)
-        }
     }
 }

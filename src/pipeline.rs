@@ -73,19 +73,20 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let mut clock = Clock::default();
     let begin = |nodes: u64| progress.stage("nodes", nodes, "nodes");
     let mut settling = clock.time("nodes", || Settling::new(&lattice.graph, options))?;
-    let (Settled { graph, cuts }, model, crossings) = loop {
+    let (Settled { graph, cuts, shrunk, built }, model, crossings) = loop {
         let settled = clock.time("nodes", || settling.settle(&begin, &|| progress.advance(1)))?;
         progress.stage("solids", 0, "");
-        let model = clock.time("assembly", || assemble(&settled.graph, &mut settling, options))?;
+        let skins: Vec<Option<&Skin>> = settled.built.iter().map(|b| b.as_ref().map(|b| &b.skin)).collect();
+        let assemble = AssembleOptions { caps: options.caps };
+        let model = clock.time("assembly", || brep::assemble(&settled.graph, &skins, &assemble)).map_err(internal)?;
         let crossings = clock.time("checks", || brep::crossings(&model));
         if !settling.part(&meetings(&crossings)) {
             break (settled, model, crossings);
         }
     };
     let graph = &graph;
-    let shrunk = settling.shrunk();
-    let facts_of_nodes: Vec<Option<NodeFacts>> = settling.built().map(|b| b.map(NodeFacts::take)).collect();
-    drop(settling);
+    let facts_of_nodes: Vec<Option<NodeFacts>> = built.iter().map(|b| b.as_deref().map(NodeFacts::of)).collect();
+    drop((settling, built));
 
     progress.stage("checks", 0, "");
     let rungs = rungs(graph, &facts_of_nodes);
@@ -157,18 +158,6 @@ fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
     }
 }
 
-/// All skins and struts as solids. Skins are lent and given back.
-fn assemble(graph: &Graph, settling: &mut Settling, options: &Options) -> Result<Model, Error> {
-    let skins: Vec<Option<Skin>> = settling.built().map(|b| b.map(|b| std::mem::take(&mut b.skin))).collect();
-    let model = brep::assemble(graph, &skins, &AssembleOptions { caps: options.caps }).map_err(internal);
-    for (built, skin) in settling.built().zip(skins) {
-        if let (Some(built), Some(skin)) = (built, skin) {
-            built.skin = skin;
-        }
-    }
-    model
-}
-
 /// The nodes whose skins meet something, and where (mm).
 fn meetings(crossings: &[Crossing]) -> Vec<(NodeId, DVec3)> {
     let both = |c: &Crossing| {
@@ -195,9 +184,9 @@ struct NodeFacts {
 }
 
 impl NodeFacts {
-    fn take(built: &mut Built) -> NodeFacts {
+    fn of(built: &Built) -> NodeFacts {
         let Built { rung, quality, reasons, .. } = built;
-        NodeFacts { rung: *rung, reasons: std::mem::take(reasons), deviation: quality.deviation, mean_deviation: quality.mean_deviation }
+        NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation }
     }
 }
 

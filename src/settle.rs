@@ -12,6 +12,8 @@ use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// Factor on radii at a node that could not be built, or where its skin crosses something, each round. Guessed: near the least that
 /// is needed, in few rounds.
@@ -25,19 +27,21 @@ pub struct Settling<'a> {
     options: &'a Options,
     radii: Radii<'a>,
     degrees: Degrees,
-    /// By `NodeId`; none where a node has no struts.
-    tried: Vec<Option<Tried>>,
+    known: Known,
     /// How often radii have been eased.
     rounds: usize,
 }
 
-/// What became of one node in the last round, and what it was built from.
-type Tried = (Star, Result<Built, Vec<String>>);
+/// What became of each different star, by its bits.
+type Known = HashMap<Vec<u64>, Result<Arc<Built>, Vec<String>>>;
 
 /// The graph, as given or with smaller radii, and its cuts, for which all nodes are built.
 pub struct Settled {
     pub graph: Graph,
     pub cuts: Cuts,
+    pub shrunk: Vec<Shrunk>,
+    /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built.
+    pub built: Vec<Option<Arc<Built>>>,
 }
 
 impl<'a> Settling<'a> {
@@ -47,8 +51,7 @@ impl<'a> Settling<'a> {
         if options.on_conflict == (OnConflict::Shrink { part: true }) {
             cuts::part(&mut radii).map_err(cannot_part)?;
         }
-        let tried = given.node_ids().map(|_| None).collect();
-        Ok(Settling { given, options, radii, degrees: Degrees::new(), tried, rounds: 0 })
+        Ok(Settling { given, options, radii, degrees: Degrees::new(), known: Known::new(), rounds: 0 })
     }
 
     /// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
@@ -59,36 +62,33 @@ impl<'a> Settling<'a> {
                 OnConflict::Shrink { .. } => cuts::shrink(&mut self.radii, self.options.lambda),
             };
             let graph = self.radii.graph();
-            self.build(stars(&graph, &cuts, self.options), begin, advance);
-            let failed: Vec<NodeId> = graph.node_ids().filter(|n| matches!(self.tried[n.index()], Some((_, Err(_))))).collect();
+            let stars = stars(&graph, &cuts, self.options);
+            let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
+            self.build(unknown(&stars, &keys, &self.known), begin, advance);
+            let of = |n: NodeId| self.known.get(&keys[n.index()]);
+            let failed: Vec<(NodeId, &[String])> = graph.node_ids().filter_map(|n| Some((n, of(n)?.as_ref().err()?.as_slice()))).collect();
             if failed.is_empty() {
-                return Ok(Settled { graph, cuts });
+                let built = graph.node_ids().map(|n| of(n)?.as_ref().ok().cloned()).collect();
+                return Ok(Settled { graph, cuts, shrunk: self.radii.shrunk(), built });
+            }
+            if !self.may_ease() {
+                return Err(cannot_build(&graph, &failed));
             }
             let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: EASE };
-            if !self.ease(failed.iter().flat_map(|&n| graph.arms(n)).map(ease)) {
-                return Err(cannot_build(&graph, &failed, &self.tried));
-            }
+            let wishes: Vec<Thinner> = failed.iter().flat_map(|&(n, _)| graph.arms(n)).map(ease).collect();
+            self.ease(wishes);
         }
     }
 
-    /// Build all nodes whose star has changed.
-    fn build(&mut self, stars: Vec<Star>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) {
-        let tried = std::mem::take(&mut self.tried);
-        let is_new = |(star, old): &(&Star, &Option<Tried>)| star.degree() > 0 && old.as_ref().is_none_or(|(before, _)| before != *star);
-        begin(stars.iter().zip(&tried).filter(is_new).count() as u64);
-        self.tried = stars
-            .into_par_iter()
-            .zip(tried)
-            .map(|(star, old)| match old {
-                _ if star.degree() == 0 => None,
-                Some((before, built)) if before == star => Some((before, built)),
-                _ => {
-                    let built = ladder::build(star.clone(), self.options, &self.degrees);
-                    advance();
-                    Some((star, built))
-                }
-            })
-            .collect();
+    fn build(&mut self, new: Vec<(Vec<u64>, Star)>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) {
+        begin(new.len() as u64);
+        let build = |(key, star): (Vec<u64>, Star)| {
+            let built = ladder::build(star, self.options, &self.degrees).map(Arc::new);
+            advance();
+            (key, built)
+        };
+        let built: Vec<_> = new.into_par_iter().map(build).collect();
+        self.known.extend(built);
     }
 
     /// Skins of these nodes meet at these places (mm) what they should not: make the node's strut that points there thinner at that height.
@@ -101,28 +101,28 @@ impl<'a> Settling<'a> {
             let part = (axis.dot(to) / self.given.length(arm.strut)).clamp(0.0, 1.0);
             Thinner { strut: arm.strut, t: if arm.end == End::A { part } else { 1.0 - part }, to: EASE }
         };
-        let wishes: Vec<Thinner> = meetings.iter().map(thinner).collect();
-        !wishes.is_empty() && self.options.on_conflict == (OnConflict::Shrink { part: true }) && self.ease(wishes)
+        let may = !meetings.is_empty() && self.options.on_conflict == (OnConflict::Shrink { part: true }) && self.may_ease();
+        if may {
+            self.ease(meetings.iter().map(thinner).collect());
+        }
+        may
     }
 
-    fn ease(&mut self, wishes: impl IntoIterator<Item = Thinner>) -> bool {
-        if self.options.on_conflict == OnConflict::Refuse || self.rounds == MOST_ROUNDS {
-            return false;
-        }
+    fn may_ease(&self) -> bool {
+        self.options.on_conflict != OnConflict::Refuse && self.rounds < MOST_ROUNDS
+    }
+
+    fn ease(&mut self, wishes: Vec<Thinner>) {
         self.rounds += 1;
         self.radii.thin(wishes);
-        true
     }
+}
 
-    /// The nodes as they are built, by `NodeId`.
-    pub fn built(&mut self) -> impl Iterator<Item = Option<&mut Built>> {
-        self.tried.iter_mut().map(|t| t.as_mut().and_then(|(_, built)| built.as_mut().ok()))
-    }
-
-    /// What was made smaller.
-    pub fn shrunk(&self) -> Vec<Shrunk> {
-        self.radii.shrunk()
-    }
+/// The stars with struts that are not known yet, each once, in the order of their first nodes.
+fn unknown(stars: &[Star], keys: &[Vec<u64>], known: &Known) -> Vec<(Vec<u64>, Star)> {
+    let mut met: HashSet<&[u64]> = HashSet::new();
+    let all = stars.iter().zip(keys);
+    all.filter(|(star, key)| star.degree() > 0 && !known.contains_key(*key) && met.insert(key)).map(|(star, key)| (key.clone(), star.clone())).collect()
 }
 
 /// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
@@ -155,11 +155,10 @@ fn cannot_cut(conflicts: Vec<cuts::Conflict>) -> Error {
     Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }
 }
 
-fn cannot_build(graph: &Graph, failed: &[NodeId], tried: &[Option<Tried>]) -> Error {
-    let reason = |&n: &NodeId| {
-        let why = tried[n.index()].as_ref().and_then(|(_, built)| built.as_ref().err()).map(|why| why.join("; ")).unwrap_or_default();
+fn cannot_build(graph: &Graph, failed: &[(NodeId, &[String])]) -> Error {
+    let reason = |&(n, why): &(NodeId, &[String])| {
         let struts: Vec<String> = graph.arms(n).iter().map(|a| a.strut.0.to_string()).collect();
-        format!("node {} (struts {}): {why}", n.0, struts.join(", "))
+        format!("node {} (struts {}): {}", n.0, struts.join(", "), why.join("; "))
     };
     Error::CannotBuild { reasons: failed.iter().map(reason).collect() }
 }

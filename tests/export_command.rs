@@ -133,7 +133,8 @@ fn cuts_that_meet_are_negotiated_and_if_nothing_fits_refused_with_the_numbers() 
 fn shrunk_ends_are_in_the_report_with_before_and_after() {
     // two struts that cross, the upper one close to an end of the lower
     let folder = Folder::new();
-    let graph = folder.write("crossing.json", r#"{"nodes":[[0,0,0],[20,0,0],[18,-10,1.6],[18,10,1.6]],"struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":2,"b":3,"ra":1,"rb":1}]}"#);
+    let graph = folder
+        .write("crossing.json", r#"{"nodes":[[0,0,0],[20,0,0],[18,-10,1.6],[18,10,1.6]],"struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":2,"b":3,"ra":1,"rb":1}]}"#);
     let report = folder.path("r.json");
     assert_eq!(export(&graph, &[]).status.code(), Some(2), "refused by default");
     let run = export(&graph, &["--on-conflict", "shrink", "--report", report.to_str().unwrap()]);
@@ -158,7 +159,8 @@ fn shrunk_ends_are_in_the_report_with_before_and_after() {
 fn merging_that_goes_too_far_or_makes_struts_overlap_is_refused() {
     let folder = Folder::new();
     // every strut of this octet is too short for its cuts
-    let octet = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(["cell", "octet", "--size", "10", "--repeat", "2x2x2", "--radius", "2.1"]).output().unwrap();
+    let octet =
+        Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(["cell", "octet", "--size", "10", "--repeat", "2x2x2", "--radius", "2.1"]).output().unwrap();
     let octet = folder.write("octet.json", &String::from_utf8(octet.stdout).unwrap());
     let run = export(&octet, &["--on-conflict", "merge"]);
     assert_eq!(run.status.code(), Some(3));
@@ -245,4 +247,26 @@ fn two_parts_become_two_solids_in_one_file() {
         assert!((solid["volume_mm3"].as_f64().unwrap() / volume - 1.0).abs() < 1e-9);
     }
     assert_eq!(solids.len(), 2);
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupt_leaves_nothing_behind() {
+    let folder = Folder::new();
+    let graph = folder.path("octet.json");
+    let cell = ["cell", "octet", "--size", "10", "--repeat", "6x6x6", "--radius", "0.5", "-o"];
+    assert!(Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(cell).arg(&graph).status().unwrap().success());
+    let mut run = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(["export", "--quiet"]).arg(&graph).spawn().unwrap();
+    // ready before it is needed: a new process may take longer than the writing on a busy machine
+    let mut killer = Command::new("sh").args(["-c", "read go; kill -INT $0", &run.id().to_string()]).stdin(std::process::Stdio::piped()).spawn().unwrap();
+    // while the file is being written
+    while folder.names().len() < 2 {
+        assert!(run.try_wait().unwrap().is_none(), "ended before it wrote anything");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(folder.names()[0].starts_with(".lattice-brep-"), "{:?}", folder.names());
+    std::io::Write::write_all(&mut killer.stdin.take().unwrap(), b"go\n").unwrap();
+    assert!(killer.wait().unwrap().success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    assert_eq!(folder.names(), ["octet.json"]);
 }

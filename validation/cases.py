@@ -96,6 +96,17 @@ def mixed_nodes(number: int, folder: Path) -> list[Case]:
     return out
 
 
+def samples(folder: Path) -> list[Case]:
+    """Small lattices as `lattice-brep bench --keep` writes them, those that were accepted: judged in OCC 8."""
+    out = []
+    for path in sorted(folder.glob("*.accepted.json")):
+        graph = json.loads(path.read_text())
+        out.append(Case(f"sample {path.name.removesuffix('.accepted.json')}", graph=path, detail={"degree": int(degrees(graph).max())},
+                        options=("--on-conflict", "shrink"), radius_mm=min(min(s["ra"], s["rb"]) for s in graph["struts"]),
+                        skip=("meshable", "volume_bound"), limits={"freecad_seconds": 0, "self_intersection_seconds": 600, "self_intersection_faces": 400}))
+    return out
+
+
 def middle_box(graph: dict, struts: int) -> str:
     """A box about the middle of the lattice that touches about so many struts, as `--crop` wants it."""
     nodes = np.array(graph["nodes"], float)

@@ -50,3 +50,10 @@ def lowered(report: dict) -> list[str]:
 def changes(report: dict) -> int:
     """How many changes to the input, or things kept in it, the report tells of."""
     return len(report.get("changes", []))
+
+
+def shrunk(report: dict) -> dict:
+    """How many struts were made thinner, the least factor of a radius, and the volume taken away (mm3)."""
+    changed = report.get("cuts", {}).get("shrunk", [])
+    factors = [after / before for strut in changed for after, before in zip(strut["after_mm"], strut["before_mm"])]
+    return {"struts": len(changed), "least": min(factors, default=1.0), "volume_mm3": report.get("cuts", {}).get("shrunk_volume_mm3", 0.0)}

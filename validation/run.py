@@ -3,7 +3,8 @@
     validation/run --quick            cells 1x1x1 and BCC 2x2x2 in both kernels, 20 random nodes, 6 of mixed radii (for CI)
     validation/run                    cells 3x3x3, 200 random nodes, 60 of mixed radii; writes validation/report.md
     validation/run --only TEXT        only cases whose name contains TEXT; joins the results that validation/out holds
-    validation/run --lattices DIR     the JSON lattices of a folder besides (or LATTICES=DIR)
+    validation/run --lattices DIR     the lattices of a folder besides, whole and a block of each (or LATTICES=DIR)
+    validation/run --samples DIR      small lattices of a folder besides, in OCC 8
     validation/run --pictures         only renders docs/pictures/*.png
 """
 
@@ -24,17 +25,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import cases
 import checks
 import checks.valid  # loads OCC once, before the workers are forked, and makes their common lock
+import lattices
 import program
 import report_fields
+from result import fell, finish
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
 KEPT = OUT / "results"
-MUST_EXPORT = ("lever",)  # of a folder of lattices: these must come out; others may be refused with a reason
-CROP_STRUTS = 1000
-# Real lattices hold struts that pass closer than their radii; kept, the solid crosses itself there and the report's `changes` says where.
-LATTICE_OPTIONS = ("--overlaps", "keep")
-BAD_INPUT = 2  # exit code of a refused lattice
 
 
 def figures_of(check: str, found: dict) -> str:
@@ -83,7 +81,8 @@ def judge(case: cases.Case) -> dict:
         report = json.loads(report_path.read_text())
         expected = cases.expected(case, graph, report)
         result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
-                      quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report))
+                      quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report),
+                      shrunk=report_fields.shrunk(report))
     except Exception as fault:  # noqa: BLE001 - a case that cannot be made is a failed case
         result["checks"]["export"] = checks.verdict([f"{type(fault).__name__}: {fault}"])
         return finish(result, start)
@@ -92,25 +91,13 @@ def judge(case: cases.Case) -> dict:
 
     model = Model(step)
     for name in checks.ALL:
-        if name in case.skip:
+        if name in case.skip or name == "radii" and result["shrunk"]["struts"]:  # the graph's radii are not those of the solid
             continue
         begin = time.monotonic()
         found = checks.run(name, model, expected)
         found["wall_s"] = round(time.monotonic() - begin, 2)
         result["checks"][name] = found
     return finish(result, start)
-
-
-def fell(result: dict, stage: str, ran: program.Ran) -> dict:
-    result["checks"][stage] = checks.verdict([f"exit code {ran.code} of `{ran.command}`: {ran.last_words}"])
-    result["exit_code"] = ran.code
-    return finish(result, time.monotonic() - ran.wall_s)
-
-
-def finish(result: dict, start: float) -> dict:
-    result["ok"] = all(found["ok"] for found in result["checks"].values())
-    result["wall_s"] = round(time.monotonic() - start, 2)
-    return result
 
 
 def tell(result: dict, whole: bool) -> None:
@@ -145,60 +132,6 @@ def determinism() -> dict:
     return finish(result, start)
 
 
-def ladder_limits(nodes: int) -> dict:
-    """Of a real lattice, at most 5 % of the nodes below the first rung and 0.5 % on the G0 rung."""
-    return {"g0_allowed": nodes // 200, "lowered_allowed": nodes // 20}
-
-
-def whole_lattice(path: Path) -> dict:
-    """A real lattice exported whole, judged by our own checks and the Rust reader; too large for a kernel to read in good time."""
-    result = {"name": f"{path.stem} whole", "detail": {}, "checks": {}}
-    start = time.monotonic()
-    step, report_path = OUT / f"{path.stem}.step", OUT / f"{path.stem}.report.json"
-    done = program.run("export", path, "-o", step, "--report", report_path, *LATTICE_OPTIONS)
-    result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
-    if not done.ok:
-        result = fell(result, "export", done)
-        result["refused"] = done.code == BAD_INPUT and path.stem not in MUST_EXPORT
-        return result
-    graph, report = json.loads(path.read_text()), json.loads(report_path.read_text())
-    case = cases.Case(result["name"], limits=ladder_limits(len(graph["nodes"])))
-    expected = cases.expected(case, graph, report)
-    result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
-                  quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report))
-    result["checks"]["report"] = checks.run("report", None, expected)
-    circles = 0
-    with step.open("rb") as lines:
-        for line in lines:
-            circles += line.count(b"CIRCLE(")
-    wanted = 2 * expected["struts"]
-    result["checks"]["circles"] = checks.verdict([] if circles == wanted else [f"CIRCLE entities: {circles}, wanted {wanted}"])
-    read = program.run("check", step)
-    result["checks"]["rust_reader"] = checks.verdict([] if read.ok else [f"exit code {read.code}: {read.last_words}"],
-                                                     wall_s=round(read.wall_s, 1), peak_mb=round(read.peak_mb))
-    step.unlink()  # hundreds of megabytes
-    return finish(result, start)
-
-
-def lattice_cases(folder: Path, largest: int) -> tuple[list[Path], list[cases.Case]]:
-    """The folder's lattices, and a crop of each that is larger than a crop."""
-    whole, crops = [], []
-    for path in sorted(folder.glob("*.json")):
-        graph = json.loads(path.read_text())
-        if "struts" not in graph:
-            continue
-        if len(graph["struts"]) > largest:
-            print(f"{path.stem:24} left out: {len(graph['struts'])} struts (--largest {largest})", flush=True)
-            continue
-        whole.append(path)
-        if len(graph["struts"]) > 1.5 * CROP_STRUTS:
-            radius = min(min(s["ra"], s["rb"]) for s in graph["struts"])
-            crops.append(cases.Case(f"{path.stem} crop", graph=path, crop=cases.middle_box(graph, CROP_STRUTS), radius_mm=radius, options=LATTICE_OPTIONS,
-                                    skip=("volume_bound", "meshable"),
-                                    limits={"freecad_seconds": 7200, "self_intersection_faces": 400, "g0_allowed": 2}))
-    return whole, crops
-
-
 def keep(result: dict, quick: bool) -> None:
     """Keeps a case's answers for the report; quick runs leave the report alone."""
     if not quick:
@@ -216,8 +149,9 @@ def kept() -> list[dict]:
 def main() -> int:
     say = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     say.add_argument("--quick", action="store_true", help="the small subset, for CI; validation/report.md stays as it is")
-    say.add_argument("--lattices", type=Path, default=os.environ.get("LATTICES"), help="a folder of lattice graphs (JSON)")
+    say.add_argument("--lattices", type=Path, default=os.environ.get("LATTICES"), help="a folder of lattices (JSON, 3MF)")
     say.add_argument("--largest", type=int, default=20_000, help="leave out lattices with more struts than this")
+    say.add_argument("--samples", type=Path, help="a folder of small lattices (JSON), as `lattice-brep bench --keep` writes them, to judge whole in OCC 8")
     say.add_argument("--only", help="only cases whose name contains this; validation/report.md then joins the newest result of each case")
     say.add_argument("--jobs", type=int, default=os.cpu_count(), help="cases judged at a time")
     say.add_argument("--pictures", action="store_true", help="render docs/pictures/*.png and do nothing else")
@@ -242,11 +176,14 @@ def main() -> int:
         todo = [case for case in cases.cells("2x2x2", False) if case.cell[0] in cases.MESHED] + cases.cells("3x3x3", False)
     whole: list[Path] = []
     if args.lattices:
-        whole, crops = lattice_cases(Path(args.lattices), args.largest)
-        todo += crops
+        whole = lattices.found(Path(args.lattices), OUT)
+        todo += [lattices.block(path) for path in whole]
+        whole = [path for path in whole if lattices.struts(path) <= args.largest]
     # The slow ones first, so that no worker is left alone with them at the end.
     todo = todo[::-1] + cases.random_nodes(cases.QUICK_NODES if args.quick else cases.RANDOM_NODES, OUT)
     todo += cases.mixed_nodes(cases.QUICK_MIXED if args.quick else cases.MIXED_NODES, OUT)
+    if args.samples:
+        todo += cases.samples(Path(args.samples))
     wanted = (lambda name: args.only in name) if args.only else (lambda name: True)
 
     results = []
@@ -254,7 +191,7 @@ def main() -> int:
         for result in pool.imap_unordered(judge, [case for case in todo if wanted(case.name)]):
             results.append(result)
             keep(result, args.quick)
-            tell(result, not result["name"].startswith(("random", "mixed")))
+            tell(result, not result["name"].startswith(("random", "mixed", "sample")))
             if not args.keep:
                 (OUT / result["name"].replace(" ", "-").replace(",", "")).with_suffix(".step").unlink(missing_ok=True)
     if wanted("determinism"):
@@ -262,10 +199,11 @@ def main() -> int:
         keep(results[-1], args.quick)
         tell(results[-1], True)
     for path in whole:
-        if wanted(f"{path.stem} whole"):
-            results.append(whole_lattice(path))
-            keep(results[-1], args.quick)
-            tell(results[-1], True)
+        for name in (f"{lattices.name(path)} whole", f"{lattices.name(path)} whole, shrunk"):
+            if wanted(name):
+                results.append(lattices.whole(path, name, shrink=name.endswith("shrunk"), out=OUT))
+                keep(results[-1], args.quick)
+                tell(results[-1], True)
 
     seconds = time.monotonic() - start
     if not args.quick:

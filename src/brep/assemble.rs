@@ -41,7 +41,7 @@ const RADIUS_TOLERANCE: f64 = 1e-12;
 ///
 /// `skins` is indexed by `NodeId`; nodes without struts have none. Returns the first fault of each
 /// component that has one, in order.
-pub fn assemble(graph: &Graph, skins: &[Option<Skin>], options: &AssembleOptions) -> Result<Model, Vec<BrepError>> {
+pub fn assemble(graph: &Graph, skins: &[Option<&Skin>], options: &AssembleOptions) -> Result<Model, Vec<BrepError>> {
     let mut solids = vec![];
     let mut faults = vec![];
     for component in components(graph).members() {
@@ -84,7 +84,7 @@ struct StrutEnd {
 
 struct Builder<'a> {
     graph: &'a Graph,
-    skins: &'a [Option<Skin>],
+    skins: &'a [Option<&'a Skin>],
     caps: Caps,
     points: Vec<DVec3>,
     vertex_count: usize,
@@ -99,7 +99,7 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(graph: &'a Graph, skins: &'a [Option<Skin>], caps: Caps) -> Self {
+    fn new(graph: &'a Graph, skins: &'a [Option<&'a Skin>], caps: Caps) -> Self {
         Builder {
             graph,
             skins,
@@ -196,7 +196,7 @@ impl<'a> Builder<'a> {
     }
 
     fn skin(&self, node: NodeId) -> Result<&'a Skin, BrepError> {
-        let skin = self.skins.get(node.index()).and_then(Option::as_ref);
+        let skin = self.skins.get(node.index()).copied().flatten();
         skin.ok_or(BrepError::NoSkin { node })
     }
 
@@ -349,7 +349,7 @@ impl<'a> Builder<'a> {
     /// vertex on. Adds the closed edge where the strut ends in a cap.
     fn rim_loop(&mut self, arm: Arm, circle: usize, vertex: usize, pieces: &[Pieces]) -> Vec<CompressedEdgeIndex> {
         let node = self.graph.near(arm);
-        let skin = self.skins[node.index()].as_ref().expect("checked with the vertices");
+        let skin = self.skins[node.index()].expect("checked with the vertices");
         let rim = &skin.rims[self.arm_index(arm)];
         if rim.arcs.is_empty() {
             let index = self.edges.len();

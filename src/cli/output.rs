@@ -3,7 +3,31 @@
 use lattice_brep::error::Error;
 use std::fs::OpenOptions;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The temporary file that is being written.
+static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// Exit code after Ctrl-C, as shells have it.
+const INTERRUPTED: i32 = 130;
+
+fn unfinished() -> MutexGuard<'static, Option<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// On Ctrl-C, or when asked to end: remove what is unfinished, then end.
+pub fn clean_up_on_interrupt() -> Result<(), Error> {
+    let handler = || {
+        // held until the end, so that no file begins after this
+        let mut file = unfinished();
+        if let Some(path) = file.take() {
+            let _ = std::fs::remove_file(path); // it may just have got its name
+        }
+        std::process::exit(INTERRUPTED);
+    };
+    ctrlc::set_handler(handler).map_err(|e| Error::Internal(format!("no handler for Ctrl-C: {e}")))
+}
 
 /// Write a file under a temporary name beside its target, then rename it; or, without a path, to standard output.
 /// What is there and no file (a device, a pipe) is written to, not replaced.
@@ -30,9 +54,18 @@ fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut out = BufWriter::new(builder.prefix(".lattice-brep-").tempfile_in(folder)?);
+    let file = {
+        let mut unfinished = unfinished();
+        let file = builder.prefix(".lattice-brep-").tempfile_in(folder)?;
+        *unfinished = Some(file.path().to_path_buf());
+        file
+    };
+    let mut out = BufWriter::new(file);
     fill(&mut out)?;
-    out.into_inner()?.persist(path)?;
+    let file = out.into_inner()?;
+    let mut unfinished = unfinished();
+    file.persist(path)?;
+    *unfinished = None;
     Ok(())
 }
 

@@ -52,6 +52,12 @@ impl Star {
         if taper == 0.0 { out } else { (out - taper * self.axes[arm]).normalize() }
     }
 
+    /// All numbers of the star, to the bit: equal for stars that build the same skin.
+    pub fn bits(&self) -> Vec<u64> {
+        let axes = self.axes.iter().flat_map(|a| a.to_array());
+        axes.chain([&self.cuts, &self.radii, &self.tapers].into_iter().flatten().copied()).map(f64::to_bits).collect()
+    }
+
     /// Number of struts.
     pub fn degree(&self) -> usize {
         self.axes.len()

@@ -119,3 +119,8 @@ pub fn tapered_row(origin: DVec3, direction: DVec3, length: f64, radii: &[f64], 
     skins.push(Some(end(axis(n - 1, n - 2))));
     (graph, skins)
 }
+
+/// As `assemble` takes them.
+pub fn borrowed(skins: &[Option<Skin>]) -> Vec<Option<&Skin>> {
+    skins.iter().map(Option::as_ref).collect()
+}

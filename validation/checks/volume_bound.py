@@ -21,7 +21,9 @@ from skins import skins
 
 SEGMENTS = 48
 POLYGONS = 1e-3  # relative error of the union, from polygons
-IN_ZONES = 0.1  # shortfall allowed inside the nodes' zones, of the union's volume there; measured: 5 % on a half-space node of degree 4
+# Shortfall allowed inside the nodes' zones, of the union's volume there. Measured on 260 random nodes: median 0.6 %, all but one at most 4 %, and
+# 11.2 % on the one whose four struts lie within 41 degrees of one axis, where the skin rounds off all their ends behind the node.
+IN_ZONES = 0.15
 ABOVE = 1e-2  # excess over the filled zones, relative: a skin's small bulges
 
 
