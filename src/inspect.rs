@@ -7,7 +7,7 @@ use crate::cuts;
 use crate::error::Fault;
 use crate::graph::components::{ComponentId, ComponentSize, components};
 use crate::graph::proximity::{self, NearMiss, TOUCHING};
-use crate::graph::repair::merge::Conflict;
+use crate::graph::repair::merge::Fit;
 use crate::graph::repair::{self, chains, loose};
 use crate::graph::{Graph, Input, Strut, check};
 use crate::ids::{NodeId, StrutId};
@@ -232,8 +232,8 @@ pub fn cut_conflicts(graph: &Graph, lambda: f64) -> Vec<CutConflict> {
 }
 
 /// The same as `repair::merge` asks for it.
-pub fn conflicts(lambda: f64) -> impl Fn(&Graph) -> Vec<Conflict> {
-    move |graph| cut_conflicts(graph, lambda).iter().map(|c| Conflict { strut: c.strut, excess: c.excess() }).collect()
+pub fn fit(lambda: f64) -> impl Fn(&Graph) -> Fit {
+    move |graph| Fit { conflicts: cut_conflicts(graph, lambda).iter().map(|c| c.strut).collect(), reach: cuts::reach(graph, lambda) }
 }
 
 /// The sound struts with all nodes, and the ids of these struts in the input.

@@ -1,6 +1,6 @@
 //! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
-use crate::brep::{self, AssembleOptions, BrepError, Model, QualityLimits, Surface};
+use crate::brep::{self, AssembleOptions, BrepError, Crossing, Model, Other, QualityLimits, Surface};
 use crate::cuts::{Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
@@ -11,7 +11,7 @@ use crate::ladder::{Built, Rung};
 use crate::options::Options;
 use crate::patch::Skin;
 use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
-use crate::settle::{Settled, settle};
+use crate::settle::{Settled, Settling};
 use crate::step;
 use glam::DVec3;
 use std::io::Write;
@@ -72,16 +72,21 @@ pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Re
 pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> Result<Solved, Error> {
     let mut clock = Clock::default();
     let begin = |nodes: u64| progress.stage("nodes", nodes, "nodes");
-    let Settled { graph, cuts, shrunk, built } = clock.time("nodes", || settle(&lattice.graph, options, &begin, &|| progress.advance(1)))?;
+    let mut settling = clock.time("nodes", || Settling::new(&lattice.graph, options))?;
+    let (Settled { graph, cuts, shrunk, built }, model, crossings) = loop {
+        let settled = clock.time("nodes", || settling.settle(&begin, &|| progress.advance(1)))?;
+        progress.stage("solids", 0, "");
+        let skins: Vec<Option<&Skin>> = settled.built.iter().map(|b| b.as_ref().map(|b| &b.skin)).collect();
+        let assemble = AssembleOptions { caps: options.caps };
+        let model = clock.time("assembly", || brep::assemble(&settled.graph, &skins, &assemble)).map_err(internal)?;
+        let crossings = clock.time("checks", || brep::crossings(&model));
+        if !settling.part(&meetings(&crossings)) {
+            break (settled, model, crossings);
+        }
+    };
     let graph = &graph;
-
-    progress.stage("solids", 0, "");
-    let skins: Vec<Option<&Skin>> = built.iter().map(|b| b.as_ref().map(|b| &b.skin)).collect();
-    let assemble = AssembleOptions { caps: options.caps };
-    let model = clock.time("assembly", || brep::assemble(graph, &skins, &assemble)).map_err(internal)?;
-    drop(skins);
     let facts_of_nodes: Vec<Option<NodeFacts>> = built.iter().map(|b| b.as_deref().map(NodeFacts::of)).collect();
-    drop(built);
+    drop((settling, built));
 
     progress.stage("checks", 0, "");
     let rungs = rungs(graph, &facts_of_nodes);
@@ -89,12 +94,12 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let radius = graph.struts().iter().map(|s| s.ra.max(s.rb)).fold(0.0, f64::max);
     let reach = graph.nodes().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let most_gap = MOST_GAP * radius + GAP_STEPS * f64::EPSILON * reach;
-    let (quality, crossings) = clock.time("checks", || {
+    let (quality, kept) = clock.time("checks", || {
         brep::check_topology(&model).map_err(internal)?;
         let quality = brep::quality(&model, CHECK_SAMPLES, &sharp);
         let limits = QualityLimits { rim_jump_deg: MOST_RIM_JUMP, inner_jump_deg: MOST_INNER_JUMP, gap_mm: most_gap, facing: 0.0 };
         quality.check(&limits).map_err(internal)?;
-        Ok((quality, clearance(&model, options.overlaps)?))
+        Ok((quality, clearance(&crossings, options.overlaps)?))
     })?;
     let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
     let solids = model.solids.iter().zip(&measures).map(|(solid, m)| solid_facts(solid, m)).collect();
@@ -119,7 +124,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         },
         rungs,
         cuts: cuts_report(&cuts, &shrunk),
-        changes: lattice.notes.iter().cloned().chain(crossings).collect(),
+        changes: lattice.notes.iter().cloned().chain(kept).collect(),
         repairs: Vec::new(), // made before the checks: for the caller to add
         bytes: 0,
         stages: clock.stages,
@@ -153,11 +158,19 @@ fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
     }
 }
 
+/// The nodes whose skins meet something, and where (mm).
+fn meetings(crossings: &[Crossing]) -> Vec<(NodeId, DVec3)> {
+    let both = |c: &Crossing| {
+        let other = if let Other::Node(other) = c.other { Some((other, c.at)) } else { None };
+        std::iter::once((c.node, c.at)).chain(other)
+    };
+    crossings.iter().flat_map(both).collect()
+}
+
 /// Skins that meet what they should not: the reasons why this cannot be built, or notes where overlaps are kept.
-fn clearance(model: &Model, overlaps: Overlaps) -> Result<Vec<Note>, Error> {
-    let crossings = brep::crossings(model);
+fn clearance(crossings: &[Crossing], overlaps: Overlaps) -> Result<Vec<Note>, Error> {
     if overlaps == Overlaps::Refuse && !crossings.is_empty() {
-        return Err(Error::CannotBuild { reasons: crossings.into_iter().map(|c| BrepError::Crossing(c).to_string()).collect() });
+        return Err(Error::CannotBuild { reasons: crossings.iter().map(|&c| BrepError::Crossing(c).to_string()).collect() });
     }
     Ok(crossings.iter().map(|c| Note::new(format!("nodes[{}]", c.node.0), format!("{c}: kept"))).collect())
 }
@@ -258,7 +271,11 @@ impl Clock {
     fn time<T>(&mut self, stage: &str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let out = work();
-        self.stages.push(StageTime { stage: stage.into(), seconds: start.elapsed().as_secs_f64() });
+        let seconds = start.elapsed().as_secs_f64();
+        match self.stages.iter_mut().find(|s| s.stage == stage) {
+            Some(before) => before.seconds += seconds,
+            None => self.stages.push(StageTime { stage: stage.into(), seconds }),
+        }
         out
     }
 }

@@ -144,7 +144,7 @@ pub struct ChangedCuts {
     pub after_mm: [f64; 2],
 }
 
-/// A strut whose radii were made smaller: radii at ends a and b.
+/// A strut whose radii were made smaller, at one end or both: radii at ends a and b, and the volume lost from node to node.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ShrunkStrut {
     pub strut: StrutId,

@@ -1,27 +1,42 @@
 //! From a graph to built nodes: cuts for all struts, then each node by the ladder; where something does not fit, what the policy says.
 //! `OnConflict::Refuse` answers with all reasons at once. `OnConflict::Shrink` makes radii smaller: of struts that overlap, of struts that
-//! no cuts fit, and of the struts at nodes that no rung of the ladder can build, until all is built or there is no more to gain.
+//! no cuts fit, of the ends at nodes that no rung of the ladder can build, and where skins cross, until all is well or there is no more to gain.
 
-use crate::cuts::{self, Cuts, Shrunk};
+use crate::cuts::{self, Cuts, Radii, Shrunk, Thinner};
 use crate::error::Error;
 use crate::graph::proximity::NearMiss;
-use crate::graph::{Arm, Graph};
+use crate::graph::{Arm, End, Graph};
 use crate::ids::NodeId;
 use crate::ladder::{self, Built, Degrees};
 use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// Factor on the radii of all struts at a node that could not be built, each round. Guessed: near the least that is needed, in few rounds.
+/// Factor on radii at a node that could not be built, or where its skin crosses something, each round. Guessed: near the least that
+/// is needed, in few rounds.
 const EASE: f64 = 0.93;
 /// Rounds of easing before a node is given up: radii are then a twentieth of what they were.
 const MOST_ROUNDS: usize = 40;
 
-/// A graph whose nodes are all built.
+/// A graph on its way to nodes that are all built.
+pub struct Settling<'a> {
+    given: &'a Graph,
+    options: &'a Options,
+    radii: Radii<'a>,
+    degrees: Degrees,
+    known: Known,
+    /// How often radii have been eased.
+    rounds: usize,
+}
+
+/// What became of each different star, by its bits.
+type Known = HashMap<Vec<u64>, Result<Arc<Built>, Vec<String>>>;
+
+/// The graph, as given or with smaller radii, and its cuts, for which all nodes are built.
 pub struct Settled {
-    /// As given, or with smaller radii.
     pub graph: Graph,
     pub cuts: Cuts,
     pub shrunk: Vec<Shrunk>,
@@ -29,53 +44,78 @@ pub struct Settled {
     pub built: Vec<Option<Arc<Built>>>,
 }
 
-/// What became of each different star, by its bits.
-type Known = HashMap<Vec<u64>, Result<Arc<Built>, Vec<String>>>;
+impl<'a> Settling<'a> {
+    /// Struts that overlap are parted here, if the policy says so.
+    pub fn new(given: &'a Graph, options: &'a Options) -> Result<Self, Error> {
+        let mut radii = Radii::new(given);
+        if options.on_conflict == (OnConflict::Shrink { part: true }) {
+            cuts::part(&mut radii).map_err(cannot_part)?;
+        }
+        Ok(Settling { given, options, radii, degrees: Degrees::new(), known: Known::new(), rounds: 0 })
+    }
 
-/// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
-pub fn settle(given: &Graph, options: &Options, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<Settled, Error> {
-    let mut graph = match options.on_conflict {
-        OnConflict::Shrink { part: true } => cuts::part(given).map_err(cannot_part)?,
-        _ => given.clone(),
-    };
-    let degrees = Degrees::new();
-    let mut known = Known::new();
-    for round in 0.. {
-        let cuts = match options.on_conflict {
-            OnConflict::Refuse => cuts::negotiate(&graph, options.lambda).map_err(cannot_cut)?,
-            OnConflict::Shrink { .. } => {
-                let (smaller, cuts) = cuts::shrink(&graph, options.lambda);
-                graph = smaller;
-                cuts
+    /// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
+    pub fn settle(&mut self, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<Settled, Error> {
+        loop {
+            let cuts = match self.options.on_conflict {
+                OnConflict::Refuse => cuts::negotiate(self.given, self.options.lambda).map_err(cannot_cut)?,
+                OnConflict::Shrink { .. } => cuts::shrink(&mut self.radii, self.options.lambda),
+            };
+            let graph = self.radii.graph();
+            let stars = stars(&graph, &cuts, self.options);
+            let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
+            self.build(unknown(&stars, &keys, &self.known), begin, advance);
+            let of = |n: NodeId| self.known.get(&keys[n.index()]);
+            let failed: Vec<(NodeId, &[String])> = graph.node_ids().filter_map(|n| Some((n, of(n)?.as_ref().err()?.as_slice()))).collect();
+            if failed.is_empty() {
+                let built = graph.node_ids().map(|n| of(n)?.as_ref().ok().cloned()).collect();
+                return Ok(Settled { graph, cuts, shrunk: self.radii.shrunk(), built });
             }
-        };
-        let stars = stars(&graph, &cuts, options);
-        let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
-        let new = unknown(&stars, &keys, &known);
+            if !self.may_ease() {
+                return Err(cannot_build(&graph, &failed));
+            }
+            let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: EASE };
+            let wishes: Vec<Thinner> = failed.iter().flat_map(|&(n, _)| graph.arms(n)).map(ease).collect();
+            self.ease(wishes);
+        }
+    }
+
+    fn build(&mut self, new: Vec<(Vec<u64>, Star)>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) {
         begin(new.len() as u64);
         let build = |(key, star): (Vec<u64>, Star)| {
-            let built = ladder::build(star, options, &degrees).map(Arc::new);
+            let built = ladder::build(star, self.options, &self.degrees).map(Arc::new);
             advance();
             (key, built)
         };
-        known.extend(new.into_par_iter().map(build).collect::<Vec<_>>());
-        let of = |n: NodeId| known.get(&keys[n.index()]);
-        let failed: Vec<(NodeId, &[String])> = graph.node_ids().filter_map(|n| Some((n, of(n)?.as_ref().err()?.as_slice()))).collect();
-        if failed.is_empty() {
-            let built = graph.node_ids().map(|n| of(n)?.as_ref().ok().cloned()).collect();
-            let shrunk = cuts::shrunk(given, &graph);
-            return Ok(Settled { graph, cuts, shrunk, built });
-        }
-        if options.on_conflict == OnConflict::Refuse || round == MOST_ROUNDS {
-            return Err(cannot_build(&graph, &failed));
-        }
-        let mut factors = vec![1.0; graph.struts().len()];
-        for arm in failed.iter().flat_map(|&(n, _)| graph.arms(n)) {
-            factors[arm.strut.index()] = EASE;
-        }
-        graph = cuts::scaled(&graph, &factors);
+        let built: Vec<_> = new.into_par_iter().map(build).collect();
+        self.known.extend(built);
     }
-    unreachable!("the loop returns")
+
+    /// Skins of these nodes meet at these places (mm) what they should not: make the node's strut that points there thinner at that height.
+    /// False if the policy does not allow it or there is no more to gain; else settle again.
+    pub fn part(&mut self, meetings: &[(NodeId, DVec3)]) -> bool {
+        let thinner = |&(node, at): &(NodeId, DVec3)| {
+            let to = at - self.given.nodes()[node.index()];
+            let axes = Star::directions(self.given, node);
+            let (arm, axis) = self.given.arms(node).iter().zip(axes).max_by(|(_, a), (_, b)| a.dot(to).total_cmp(&b.dot(to))).expect("a skin has struts");
+            let part = (axis.dot(to) / self.given.length(arm.strut)).clamp(0.0, 1.0);
+            Thinner { strut: arm.strut, t: if arm.end == End::A { part } else { 1.0 - part }, to: EASE }
+        };
+        let may = !meetings.is_empty() && self.options.on_conflict == (OnConflict::Shrink { part: true }) && self.may_ease();
+        if may {
+            self.ease(meetings.iter().map(thinner).collect());
+        }
+        may
+    }
+
+    fn may_ease(&self) -> bool {
+        self.options.on_conflict != OnConflict::Refuse && self.rounds < MOST_ROUNDS
+    }
+
+    fn ease(&mut self, wishes: Vec<Thinner>) {
+        self.rounds += 1;
+        self.radii.thin(wishes);
+    }
 }
 
 /// The stars with struts that are not known yet, each once, in the order of their first nodes.

@@ -11,7 +11,7 @@ use lattice_brep::graph::check::Overlaps;
 use lattice_brep::graph::proximity::near_misses;
 use lattice_brep::graph::{Graph, Lattice, Strut};
 use lattice_brep::ids::{NodeId, StrutId};
-use lattice_brep::options::Options;
+use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{Silent, solve};
 
 /// A lattice as a user of the library can make it, without the checks of the input.
@@ -140,6 +140,16 @@ fn skins_of_near_nodes_are_found() {
 }
 
 /// A round cap reaches into the fillet where a flat one does not.
+#[test]
+fn shrinking_parts_skins_from_what_they_meet() {
+    let options = Options { on_conflict: OnConflict::Shrink { part: true }, ..Options::default() };
+    // the struts at the node give near it, not the thin one; their far ends stay
+    let solved = solve(&pierced(2.07).lattice(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(crossings(&solved.model), []);
+    let shrunk = &solved.report.cuts.shrunk;
+    assert!(!shrunk.is_empty() && shrunk.iter().all(|s| s.strut.0 < 2 && s.after_mm[0] < s.after_mm[1]), "{shrunk:?}");
+}
+
 #[test]
 fn round_caps_count() {
     let from = v(reach_of_crotch() + 0.01, 0.0, 0.0);

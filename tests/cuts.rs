@@ -5,8 +5,8 @@ mod common;
 use common::{Random, degrees, flat, random};
 use glam::{DVec3, dvec3};
 use lattice_brep::cuts::preferred::{self, LEAST_ROOM};
-use lattice_brep::cuts::{Binding, Cone, Cuts, FREE, MARGIN, Means, negotiate, shrink, shrunk};
-use lattice_brep::graph::{Arm, End, Graph, Strut, catalogue, json};
+use lattice_brep::cuts::{self, Binding, Cone, Cuts, FREE, MARGIN, Means, Radii, Shrunk, Thinner, negotiate};
+use lattice_brep::graph::{Arm, End, Graph, Strut, catalogue, json, proximity};
 use lattice_brep::ids::{NodeId, StrutId};
 use lattice_brep::math::angle;
 use lattice_brep::node::{Star, cut};
@@ -16,6 +16,13 @@ const LAMBDA: f64 = 0.3;
 
 fn graph(nodes: &[DVec3], struts: &[(u32, u32, f64, f64)]) -> Graph {
     Graph::new(nodes.to_vec(), struts.iter().map(|&(a, b, ra, rb)| Strut { a: NodeId(a), b: NodeId(b), ra, rb }).collect())
+}
+
+/// The graph shrunk until cuts fit, these cuts, and what was shrunk.
+fn shrink(graph: &Graph, lambda: f64) -> (Graph, Cuts, Vec<Shrunk>) {
+    let mut radii = Radii::new(graph);
+    let cuts = cuts::shrink(&mut radii, lambda);
+    (radii.graph(), cuts, radii.shrunk())
 }
 
 /// Radius and its growth seen from an arm.
@@ -253,8 +260,7 @@ fn cuts_of_random_graphs_are_sound_and_shrinking_makes_the_rest_so() {
         let graph = random_graph(seed, 20 + (seed % 60) as usize, [0.02, 0.05, 0.1, 0.2][seed as usize % 4], [1.0, 3.0, 10.0][seed as usize % 3]);
         let name = format!("seed {seed}");
         let result = negotiate(&graph, LAMBDA);
-        let (small, cuts) = shrink(&graph, LAMBDA);
-        let shrunk = shrunk(&graph, &small);
+        let (small, cuts, shrunk) = shrink(&graph, LAMBDA);
         assert_sound(&name, &small, &cuts);
         assert_eq!(shrunk.is_empty(), result.is_ok(), "{name}");
         seen[4] += usize::from(result.is_err());
@@ -276,14 +282,72 @@ fn cuts_of_random_graphs_are_sound_and_shrinking_makes_the_rest_so() {
 }
 
 #[test]
+fn a_strut_is_thin_where_its_cuts_meet_and_tapers_back() {
+    // 40° to a short neighbour at one end, 140° to a long one at the other: the cuts of strut 0 meet near its far end
+    let (b, r) = (dvec3(3.0, 0.0, 0.0), 1.0);
+    let nodes = [DVec3::ZERO, b, 2.9 * flat(40.0), b + 50.0 * flat(40.0)];
+    let graph = graph(&nodes, &[(0, 1, r, r), (0, 2, r, r), (1, 3, r, r)]);
+    assert!(negotiate(&graph, LAMBDA).is_err());
+    let (small, cuts, shrunk) = shrink(&graph, LAMBDA);
+    assert_sound("tapered back", &small, &cuts);
+    let [one] = shrunk[..] else { panic!("one strut: {shrunk:?}") };
+    // touching caps are 0.48 of the angles; the ends give in proportion to their nearness to where these cuts meet
+    let [cot_a, cot_b] = [40.0, 140.0].map(|angle: f64| 1.0 / (0.48 * angle).to_radians().tan());
+    let gives = [0, 1].map(|e| one.before[e] - one.after[e]);
+    assert!((gives[0] / gives[1] - cot_b / cot_a).abs() < 1e-9 && gives[1] > 0.0, "{gives:?}");
+    // no more than needed, to a 32nd of the way: the radius there that touching cuts need
+    let at = |r: [f64; 2]| (r[0] * cot_b + r[1] * cot_a) / (cot_a + cot_b);
+    let least = 3.0 * (1.0 - FREE) / (cot_a + cot_b);
+    assert!(at(one.after) >= least && at(one.after) < r, "{} {least}", at(one.after));
+    // the whole strut made so thin there would lose more
+    let even = std::f64::consts::PI * 3.0 * (1.0 - at(one.after).powi(2));
+    assert!(one.volume < 0.8 * even, "{} {even}", one.volume);
+}
+
+#[test]
+fn a_strut_gives_at_the_nearer_end_but_is_never_steep() {
+    let graph = graph(&[DVec3::ZERO, 10.0 * DVec3::X], &[(0, 1, 1.0, 2.0)]);
+    let radii = Radii::new(&graph);
+    assert_eq!(radii.thinned(0, [1.0, 1.0], 1.0, 0.75), [1.0, 0.75]);
+    // weights 0.5 and 1: the ends give a fifth of 0.5 : 1
+    let [a, b] = radii.thinned(0, [1.0, 1.0], 0.5, 0.9);
+    assert!((a - 0.94).abs() < 1e-12 && (b - 0.88).abs() < 1e-12 && (0.5 * a + b - 0.9 * 1.5).abs() < 1e-12);
+    // one end alone would have to be a quarter of the other: at most half, and then the other gives too
+    let [a, b] = radii.thinned(0, [1.0, 1.0], 1.0, 0.25);
+    assert_eq!([a, b], [0.5, 0.25]);
+    // in the middle of a cylinder both give the same, to the bit
+    let graph = self::graph(&[DVec3::ZERO, DVec3::X], &[(0, 1, 0.3, 0.3)]);
+    let mut radii = Radii::new(&graph);
+    radii.thin([Thinner { strut: StrutId(0), t: 0.5 + 1e-12, to: 0.9 }]);
+    let s = radii.graph().struts()[0];
+    assert!(s.ra == s.rb && (s.ra - 0.27).abs() < 1e-9);
+}
+
+#[test]
+fn struts_that_overlap_are_thin_there_and_taper_back() {
+    // strut 1 passes above strut 0, close to its end b, and is passed in its middle itself
+    let nodes = [DVec3::ZERO, 20.0 * DVec3::X, dvec3(18.0, -10.0, 1.6), dvec3(18.0, 10.0, 1.6)];
+    let graph = graph(&nodes, &[(0, 1, 1.0, 1.0), (2, 3, 1.0, 1.0)]);
+    let mut radii = Radii::new(&graph);
+    cuts::part(&mut radii).unwrap();
+    let small = radii.graph();
+    assert!(proximity::near_misses(&small).is_empty());
+    let [tapered, even] = radii.shrunk()[..] else { panic!("both") };
+    let [a, b] = tapered.after;
+    assert!(a > 0.97 && b < 0.78 && 0.1 * a + 0.9 * b > 0.76, "{a} {b}");
+    assert!(even.after[0] == even.after[1] && even.after[0] > 0.76);
+    assert!((tapered.volume - 20.0 * std::f64::consts::PI * (1.0 - (a * a + a * b + b * b) / 3.0)).abs() < 1e-12);
+}
+
+#[test]
 fn place_scale_and_numbering_do_not_matter() {
     for seed in 1..=40 {
         let base = random_graph(seed, 40, 0.06, 3.0);
-        let (small, cuts) = shrink(&base, LAMBDA);
+        let (small, cuts, _) = shrink(&base, LAMBDA);
         for (scale, shift) in [(1e-3, 0.0), (1e3, 0.0), (0.125, 1e5)] {
             let nodes: Vec<DVec3> = base.nodes().iter().map(|&p| scale * p + shift).collect();
             let struts = base.struts().iter().map(|s| Strut { ra: scale * s.ra, rb: scale * s.rb, ..*s }).collect();
-            let (moved_small, moved) = shrink(&Graph::new(nodes, struts), LAMBDA);
+            let (moved_small, moved, _) = shrink(&Graph::new(nodes, struts), LAMBDA);
             for k in 0..cuts.at.len() {
                 assert!((moved_small.struts()[k].ra / scale - small.struts()[k].ra).abs() < 1e-6, "seed {seed}");
                 assert!((0..2).all(|e| (moved.at[k][e] / scale - cuts.at[k][e]).abs() < 1e-5), "seed {seed}, strut {k}: {:?} {:?}", moved.at[k], cuts.at[k]);
@@ -293,7 +357,7 @@ fn place_scale_and_numbering_do_not_matter() {
         let (n, m) = (base.nodes().len() as u32, base.struts().len());
         let nodes: Vec<DVec3> = base.nodes().iter().rev().copied().collect();
         let struts = base.struts().iter().rev().map(|s| Strut { a: NodeId(n - 1 - s.b.0), b: NodeId(n - 1 - s.a.0), ra: s.rb, rb: s.ra }).collect();
-        let (_, turned) = shrink(&Graph::new(nodes, struts), LAMBDA);
+        let (_, turned, _) = shrink(&Graph::new(nodes, struts), LAMBDA);
         for k in 0..m {
             let [b, a] = turned.at[m - 1 - k];
             assert!((a - cuts.at[k][0]).abs() < 1e-5 && (b - cuts.at[k][1]).abs() < 1e-5, "seed {seed}, strut {k}: {a} {b} {:?}", cuts.at[k]);
@@ -340,20 +404,16 @@ fn figures_of_given_lattices() {
                 let longest = conflicts.iter().flat_map(|c| c.because.iter().map(Vec::len)).max().unwrap();
                 println!("  longest proof {longest} links");
                 let start = Instant::now();
-                let (small, cuts) = shrink(&graph, 0.3);
-                let shrunk = shrunk(&graph, &small);
+                let (_, cuts, shrunk) = shrink(&graph, 0.3);
                 println!("  shrink {:.3} s", start.elapsed().as_secs_f64());
                 print_means(&cuts.means);
-                let volume: f64 = graph
-                    .struts()
-                    .iter()
-                    .zip(small.struts())
-                    .map(|(s, _)| s.ra * s.ra * std::f64::consts::PI * graph.nodes()[s.a.index()].distance(graph.nodes()[s.b.index()]))
-                    .sum();
+                let volume: f64 = graph.struts().iter().enumerate().map(|(k, s)| s.volume(graph.length(StrutId(k as u32)))).sum();
                 let lost: f64 = shrunk.iter().map(|s| s.volume).sum();
-                let least = shrunk.iter().map(|s| s.after[0] / s.before[0]).fold(1.0, f64::min);
-                let mean = shrunk.iter().map(|s| s.after[0] / s.before[0]).sum::<f64>() / shrunk.len() as f64;
-                println!("  {} shrunk, least factor {least:.4}, mean {mean:.4}, volume {:.3} %", shrunk.len(), 100.0 * lost / volume);
+                let factors: Vec<f64> = shrunk.iter().flat_map(|s| [s.after[0] / s.before[0], s.after[1] / s.before[1]]).collect();
+                let ends = factors.iter().filter(|&&f| f < 1.0).count();
+                let (least, tapered) = (factors.iter().copied().fold(1.0, f64::min), factors.chunks(2).filter(|f| f[0] != f[1]).count());
+                println!("  {} shrunk at {ends} ends, {tapered} unevenly, least factor {least:.4}", shrunk.len());
+                println!("  {lost:.3} mm³ lost, {:.3} % of the volume", 100.0 * lost / volume);
             }
         }
     }

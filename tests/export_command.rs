@@ -130,6 +130,61 @@ fn cuts_that_meet_are_negotiated_and_if_nothing_fits_refused_with_the_numbers() 
 }
 
 #[test]
+fn shrunk_ends_are_in_the_report_with_before_and_after() {
+    // two struts that cross, the upper one close to an end of the lower
+    let folder = Folder::new();
+    let graph = folder
+        .write("crossing.json", r#"{"nodes":[[0,0,0],[20,0,0],[18,-10,1.6],[18,10,1.6]],"struts":[{"a":0,"b":1,"ra":1,"rb":1},{"a":2,"b":3,"ra":1,"rb":1}]}"#);
+    let report = folder.path("r.json");
+    assert_eq!(export(&graph, &[]).status.code(), Some(2), "refused by default");
+    let run = export(&graph, &["--on-conflict", "shrink", "--report", report.to_str().unwrap()]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    let shrunk = report["cuts"]["shrunk"].as_array().unwrap();
+    let numbers = |list: &serde_json::Value| [0, 1].map(|k| list[k].as_f64().unwrap());
+    let mut lost = 0.0;
+    for s in shrunk {
+        let frustum = |[a, b]: [f64; 2]| std::f64::consts::PI / 3.0 * 20.0 * (a * a + a * b + b * b);
+        let volume = frustum(numbers(&s["before_mm"])) - frustum(numbers(&s["after_mm"]));
+        assert!((s["volume_mm3"].as_f64().unwrap() - volume).abs() < 1e-9);
+        lost += volume;
+    }
+    assert!((report["cuts"]["shrunk_volume_mm3"].as_f64().unwrap() - lost).abs() < 1e-9);
+    assert_eq!((report["counts"]["cones"].as_u64(), report["counts"]["cylinders"].as_u64()), (Some(1), Some(1)));
+    // two lone struts lose nothing else: 40 mm of radius 1
+    assert!((report["volume_mm3"].as_f64().unwrap() + lost - 40.0 * std::f64::consts::PI).abs() < 1e-6);
+}
+
+#[test]
+fn merging_that_goes_too_far_or_makes_struts_overlap_is_refused() {
+    let folder = Folder::new();
+    // every strut of this octet is too short for its cuts
+    let octet =
+        Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(["cell", "octet", "--size", "10", "--repeat", "2x2x2", "--radius", "2.1"]).output().unwrap();
+    let octet = folder.write("octet.json", &String::from_utf8(octet.stdout).unwrap());
+    let run = export(&octet, &["--on-conflict", "merge"]);
+    assert_eq!(run.status.code(), Some(3));
+    assert!(stderr(&run).contains("struts[") && stderr(&run).contains("mm that their cuts reach"), "{}", stderr(&run));
+    // nodes 0 and 1 become one, and so strut 1 comes nearer to strut 5
+    let arm = |x: f64, degrees: f64| format!("[{},{},0]", x + 20.0 * degrees.to_radians().cos(), 20.0 * degrees.to_radians().sin());
+    let arms = [arm(0.0, 120.0), arm(0.0, -120.0), arm(0.3, 60.0), arm(0.3, -60.0)].join(",");
+    let strut = |(a, b): (u32, u32)| format!(r#"{{"a":{a},"b":{b},"ra":1,"rb":1}}"#);
+    let struts = |ends: &[(u32, u32)]| ends.iter().map(|&e| strut(e)).collect::<Vec<_>>().join(",");
+    let across = "[-0.225,4.489,-8],[-0.225,4.489,8]";
+    let ends = [(0, 1), (0, 2), (0, 3), (1, 4), (1, 5), (6, 7)];
+    let graph = |struts: String| format!(r#"{{"nodes":[[0,0,0],[0.3,0,0],{arms},{across}],"struts":[{struts}]}}"#);
+    let alone = folder.write("alone.json", &graph(struts(&ends[..5])));
+    let run = export(&alone, &["--on-conflict", "merge"]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let crossed = folder.write("crossed.json", &graph(struts(&ends)));
+    // as given the arms overlap where their nodes are too near, but none of them the strut across
+    assert!(!stderr(&export(&crossed, &[])).contains("struts[5]"));
+    let run = export(&crossed, &["--on-conflict", "merge", "-o", folder.path("out.step").to_str().unwrap()]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(stderr(&run).contains("struts[4]: found its axis 1.9") && !folder.path("out.step").exists(), "{}", stderr(&run));
+}
+
+#[test]
 fn an_output_folder_that_is_not_there_is_our_failure_and_options_are_checked() {
     let folder = Folder::new();
     let graph = folder.write("corner.json", CORNER);

@@ -5,14 +5,15 @@ use lattice_brep::graph::catalogue::{Cell, generate};
 use lattice_brep::graph::check::{Overlaps, admit};
 use lattice_brep::graph::repair::chains::{STRAIGHT, collapse};
 use lattice_brep::graph::repair::loose::{LOOSE, drop_loose};
+use lattice_brep::graph::repair::merge::{Fit, Stuck};
 use lattice_brep::graph::repair::record::{Step, Why};
 use lattice_brep::graph::repair::weld::weld;
-use lattice_brep::graph::repair::{Repair, Wanted, merge, repair, undo};
+use lattice_brep::graph::repair::{Merged, Repair, Wanted, merge, repair, undo};
 use lattice_brep::graph::{Graph, Input, Strut};
 use lattice_brep::ids::{NodeId, StrutId};
-use lattice_brep::inspect::{conflicts, cut_conflicts};
-use lattice_brep::options::Options;
+use lattice_brep::inspect::{cut_conflicts, fit};
 use proptest::prelude::*;
+use std::collections::BTreeMap;
 
 fn strut(a: u32, b: u32, ra: f64, rb: f64) -> Strut {
     Strut { a: NodeId(a), b: NodeId(b), ra, rb }
@@ -42,6 +43,18 @@ fn sound(before: &Input, step: impl Fn(&Input) -> (Input, Repair)) -> (Input, Re
     assert_eq!(again, after);
     assert!(nothing.nodes.is_empty() && nothing.struts.is_empty(), "{nothing:?}");
     (after, record)
+}
+
+const LAMBDA: f64 = 0.3;
+
+fn merged(input: &Input, angle: f64, fit: &dyn Fn(&Graph) -> Fit) -> (Input, Repair) {
+    let Merged { input, repair, .. } = merge(input, angle, fit);
+    (input, repair)
+}
+
+/// No struts in conflict, and nodes that reach as far as their radii.
+fn all_fits(graph: &Graph) -> Fit {
+    Fit { conflicts: vec![], reach: graph.node_ids().map(|n| graph.largest_radius(n)).collect() }
 }
 
 /// Each strut with its ends and radii swapped where that puts the lower place first: equal for equal lattices however numbered.
@@ -159,8 +172,7 @@ proptest! {
         let before = Input { name: None, nodes: nodes.into_iter().map(DVec3::from_array).collect(), struts };
         let wanted = Wanted { weld: Some(0.8), drop_loose: Some(0.2), collapse_chains: Some(3.0) };
         let mut repaired = repair(before.clone(), &wanted);
-        let find = conflicts(Options::default().lambda);
-        repaired.then(|i| merge(i, 10.0, &find));
+        repaired.then(|i| merged(i, 10.0, &fit(LAMBDA)));
         prop_assert_eq!(repaired.repairs.iter().map(|r| r.step).collect::<Vec<_>>(), [Step::Weld, Step::DropLoose, Step::CollapseChains, Step::Merge]);
         prop_assert_eq!(undo(&repaired.input, &repaired.repairs).unwrap(), before);
     }
@@ -290,32 +302,81 @@ fn forged_records_are_refused() {
     assert!(undo(&before, &[record]).is_err(), "another lattice");
 }
 
+fn graph(input: &Input) -> Graph {
+    Graph::new(input.nodes.clone(), input.struts.clone())
+}
+
+/// The nodes, in the ids before, that went into one with others.
+fn groups(repair: &Repair) -> Vec<Vec<usize>> {
+    let mut groups: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
+    for n in &repair.nodes {
+        groups.entry(n.into.expect("no node is dropped")).or_default().push(n.node.index());
+    }
+    groups.into_values().collect()
+}
+
 #[test]
-fn merge_ends_with_nothing_to_merge() {
-    let options = Options::default();
-    let find = conflicts(options.lambda);
-    // thick struts: the cuts of the octet do not fit at this radius
+fn merge_joins_only_nodes_that_reach_each_other_and_names_what_is_stuck() {
+    // thick struts: each of them, or nearly, is too short for its cuts
     for (name, radius) in [(Cell::Octet, 2.1), (Cell::Bcc, 3.3), (Cell::BccEdges, 2.6)] {
         let before = input(&generate(name, 10.0, [2; 3], radius).unwrap());
-        let graph = |i: &Input| Graph::new(i.nodes.clone(), i.struts.clone());
-        assert!(!cut_conflicts(&graph(&before), options.lambda).is_empty(), "{name:?}");
-        let (after, record) = sound(&before, |i| merge(i, 5.0, &find));
-        assert!(cut_conflicts(&graph(&after), options.lambda).is_empty(), "{name:?}");
-        assert!(after.nodes.len() < before.nodes.len() && record.step == Step::Merge);
-        assert_eq!(merge(&before, 5.0, &find), (after, record), "the same again");
+        assert!(!cut_conflicts(&graph(&before), LAMBDA).is_empty(), "{name:?}");
+        let reach = fit(LAMBDA)(&graph(&before)).reach;
+        let Merged { input: after, repair, stuck } = merge(&before, 5.0, &fit(LAMBDA));
+        assert_eq!(undo(&after, &[repair.clone()]).unwrap(), before);
+        for group in groups(&repair) {
+            for (&p, &q) in group.iter().flat_map(|p| group.iter().map(move |q| (p, q))).filter(|(p, q)| p != q) {
+                assert!(before.nodes[p].distance(before.nodes[q]) <= reach[p] + reach[q], "{name:?}: {group:?}");
+            }
+        }
+        let left = cut_conflicts(&graph(&after), LAMBDA);
+        let original = repair.origins().1;
+        assert_eq!(stuck.iter().map(|s| s.strut).collect::<Vec<_>>(), left.iter().map(|c| original[c.strut.index()]).collect::<Vec<_>>());
+        for Stuck { nodes: [p, q], distance, reach: together, .. } in stuck {
+            assert_eq!((distance, together), (before.nodes[p.index()].distance(before.nodes[q.index()]), reach[p.index()] + reach[q.index()]));
+            assert!(distance > together);
+        }
+        assert!(after.nodes.len() > 8, "{name:?}: {} nodes of {}", after.nodes.len(), before.nodes.len());
     }
     let fits = cell(Cell::Octet, 2);
-    assert_eq!(merge(&fits, 5.0, &find).0, fits);
+    assert_eq!(merged(&fits, 5.0, &fit(LAMBDA)).0, fits);
+}
+
+#[test]
+fn a_row_of_short_struts_does_not_become_a_point() {
+    // 12 nodes 0.3 apart, radius 1: a strut needs 0.4, and nodes up to 2 apart reach each other
+    let before = lattice((0..12).map(|k| 0.3 * f64::from(k) * DVec3::X).collect(), &(0..11).map(|k| (k, k + 1)).collect::<Vec<_>>(), 1.0);
+    let (after, record) = sound(&before, |i| merged(i, 5.0, &fit(LAMBDA)));
+    assert!(cut_conflicts(&graph(&after), LAMBDA).is_empty());
+    assert!(groups(&record).iter().all(|g| g.len() <= 7) && (2..12).contains(&after.nodes.len()), "{:?}", after.nodes);
+}
+
+#[test]
+fn a_short_strut_is_merged_away_and_the_record_has_before_and_after() {
+    let arm = |x: f64, degrees: f64| x * DVec3::X + 20.0 * DVec3::from_angle_xy(degrees.to_radians());
+    let nodes = vec![DVec3::ZERO, 0.3 * DVec3::X, arm(0.0, 120.0), arm(0.0, -120.0), arm(0.3, 60.0), arm(0.3, -60.0)];
+    let before = lattice(nodes, &[(0, 1), (0, 2), (3, 0), (1, 4), (1, 5)], 1.0);
+    let (after, record) = sound(&before, |i| merged(i, 5.0, &fit(LAMBDA)));
+    assert_eq!(after.nodes[0], 0.15 * DVec3::X);
+    assert_eq!((after.nodes.len(), after.struts.len()), (5, 4));
+    let [gone, moved_4, moved_5] = &record.struts[..] else { panic!("{:?}", record.struts) };
+    assert_eq!((gone.strut.0, gone.why, gone.into, gone.now), (0, Why::Loop, None, None));
+    for (change, end) in [(moved_4, 3), (moved_5, 4)] {
+        let now = change.now.unwrap();
+        assert_eq!((change.why, now.a, now.b, now.ra, now.rb), (Why::Changed, NodeId(0), NodeId(end), 1.0, 1.0));
+    }
+    // the strut that went, and four that are longer by as much as the node moved
+    let longer = (after.nodes[0] - after.nodes[1]).length() - 20.0;
+    assert!((record.changed_mm3 - std::f64::consts::PI * (0.3 + 4.0 * longer)).abs() < 1e-9, "{}", record.changed_mm3);
 }
 
 #[test]
 fn merge_runs_close_struts_together_as_far_as_the_nearer_node() {
-    let none = |_: &Graph| vec![];
     let at = |degrees: f64, length: f64| length * DVec3::from_angle_xy(degrees.to_radians());
     // 2° apart from node 0: to node 1 at 10 mm, to node 2 at 30 mm, thicker
     let mut before = lattice(vec![DVec3::ZERO, at(0.0, 10.0), at(2.0, 30.0), at(90.0, 20.0)], &[(2, 0), (0, 1), (0, 3)], 0.5);
     (before.struts[0].ra, before.struts[0].rb) = (0.6, 0.9);
-    let (after, record) = sound(&before, |i| merge(i, 5.0, &none));
+    let (after, record) = sound(&before, |i| merged(i, 5.0, &all_fits));
     let t = 2f64.to_radians().cos() / 3.0;
     assert_eq!(after.nodes, before.nodes);
     let [to_c, to_b, side] = after.struts[..] else { panic!() };
@@ -323,14 +384,14 @@ fn merge_runs_close_struts_together_as_far_as_the_nearer_node() {
     assert!((to_c.rb - (0.9 - t * 0.3)).abs() < 1e-12 && (to_b.rb - to_c.rb).abs() < 1e-15);
     assert_eq!((to_b.a, to_b.b, to_b.ra, side), (NodeId(0), NodeId(1), 0.9, before.struts[2]));
     assert_eq!(record.struts.iter().map(|s| (s.strut.0, s.why)).collect::<Vec<_>>(), [(0, Why::Changed), (1, Why::Changed)]);
-    assert_eq!(merge(&before, 1.0, &none).0, before, "not below the limit");
+    assert_eq!(merged(&before, 1.0, &all_fits).0, before, "not below the limit");
 }
 
 #[test]
 fn merge_joins_nodes_whose_balls_touch() {
     let nodes = vec![DVec3::ZERO, DVec3::X * 10.0, dvec3(10.0, 0.6, 0.0), dvec3(20.0, 0.6, 0.0)];
     let before = lattice(nodes, &[(0, 1), (2, 3)], 0.5);
-    let (after, record) = sound(&before, |i| merge(i, 5.0, &|_| vec![]));
+    let (after, record) = sound(&before, |i| merged(i, 5.0, &all_fits));
     assert_eq!(after.nodes, [DVec3::ZERO, dvec3(10.0, 0.3, 0.0), dvec3(20.0, 0.6, 0.0)]);
     assert_eq!(after.struts, [strut(0, 1, 0.5, 0.5), strut(1, 2, 0.5, 0.5)]);
     let nodes: Vec<_> = record.nodes.iter().map(|n| (n.node.0, n.into, n.stays)).collect();

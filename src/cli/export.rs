@@ -69,7 +69,7 @@ pub struct ExportArgs {
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
     /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, shrink
-    /// radii until cuts fit, or merge nodes and struts that are too near (the report says which)
+    /// radii near the conflict until cuts fit, or merge nodes and struts that are too near (the report says which)
     #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
     on_conflict: OnConflictArg,
     /// Angle for --on-conflict merge, degrees: 0 to below 60
@@ -179,7 +179,7 @@ fn admit(args: &ExportArgs, mut imported: Imported, options: &Options, overlaps:
     let input = std::mem::take(&mut imported.input);
     let mut repaired = args.repair.apply(input, &imported.faults, args.quiet);
     if matches!(args.on_conflict, OnConflictArg::Merge) && imported.faults.is_empty() {
-        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.quiet);
+        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.quiet)?;
     }
     let Repaired { input, repairs } = repaired;
     if repairs.is_empty() {
@@ -284,7 +284,14 @@ fn summary(report: &Report, path: &std::path::Path) -> String {
         );
     }
     if !cuts.shrunk.is_empty() {
-        text += &format!("{} struts SHRUNK, by {:.6} mm³ in all (see --report)\n", cuts.shrunk.len(), cuts.shrunk_volume_mm3);
+        let factors = || cuts.shrunk.iter().flat_map(|s| [0, 1].map(|end| s.after_mm[end] / s.before_mm[end])).filter(|&f| f < 1.0);
+        text += &format!(
+            "{} struts SHRUNK at {} ends, to {:.3} of their radius at the least, by {:.6} mm³ in all (see --report)\n",
+            cuts.shrunk.len(),
+            factors().count(),
+            factors().fold(1.0, f64::min),
+            cuts.shrunk_volume_mm3
+        );
     }
     for note in report.changes.iter().take(10) {
         text += &format!("note: {note}\n");

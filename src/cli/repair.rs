@@ -4,7 +4,7 @@ use super::input::ImportFlags;
 use super::output;
 use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::import::Imported;
-use lattice_brep::graph::repair::{self, Repair, Repaired, Wanted, chains::STRAIGHT, loose::LOOSE, merge};
+use lattice_brep::graph::repair::{self, Merged, Repair, Repaired, Wanted, chains::STRAIGHT, loose::LOOSE, merge};
 use lattice_brep::graph::{Input, json};
 use lattice_brep::inspect;
 use lattice_brep::options::Options;
@@ -43,13 +43,17 @@ impl RepairFlags {
     }
 }
 
-/// Merge what cuts do not fit (degrees, λ of the cuts).
-pub fn merged(repaired: &mut Repaired, angle: f64, lambda: f64, quiet: bool) {
-    let conflicts = inspect::conflicts(lambda);
-    repaired.then(|input| repair::merge(input, angle, &conflicts));
+/// Merge what cuts do not fit (degrees, λ of the cuts); refused where that would join nodes too far apart.
+pub fn merged(repaired: &mut Repaired, angle: f64, lambda: f64, quiet: bool) -> Result<(), Error> {
+    let Merged { input, repair, stuck } = repair::merge(&repaired.input, angle, &inspect::fit(lambda));
+    if !stuck.is_empty() {
+        return Err(Error::CannotBuild { reasons: stuck.iter().map(|s| s.fault().to_string()).collect() });
+    }
+    repaired.then(|_| (input, repair));
     if !quiet {
         print_repairs(&repaired.repairs[repaired.repairs.len() - 1..]);
     }
+    Ok(())
 }
 
 fn print_repairs(repairs: &[Repair]) {
@@ -88,7 +92,8 @@ pub struct RepairArgs {
     import: ImportFlags,
     #[command(flatten)]
     repair: RepairFlags,
-    /// Nodes whose cuts do not fit on the strut between them become one, as do struts at a node closer than --merge-angle
+    /// Nodes whose cuts do not fit on the strut between them become one, as do struts at a node closer than --merge-angle;
+    /// refused where that would join nodes further apart than their cuts reach
     #[arg(long)]
     merge: bool,
     /// Angle for --merge, degrees: 0 to below 60
@@ -107,7 +112,7 @@ pub fn run(args: &RepairArgs) -> Result<(), Error> {
     let mut repaired = args.repair.apply(input, &faults, args.quiet);
     Error::unless_empty(faults)?;
     if args.merge {
-        merged(&mut repaired, args.merge_angle, Options::default().lambda, args.quiet);
+        merged(&mut repaired, args.merge_angle, Options::default().lambda, args.quiet)?;
     }
     if let Some(path) = &args.undo {
         repaired.input = undone(&repaired.input, path)?;

@@ -27,8 +27,9 @@ impl Cone {
         (self.r / cut + self.k).atan()
     }
 
-    /// The same strut with all its radii multiplied.
-    pub fn scaled(self, factor: f64) -> Cone {
-        Cone { r: self.r * factor, k: self.k * factor }
+    /// A strut of this length (mm) with these radii at its ends a and b (mm), seen from a and from b.
+    pub fn pair([ra, rb]: [f64; 2], length: f64) -> [Cone; 2] {
+        let growth = (rb - ra) / length;
+        [Cone { r: ra, k: growth }, Cone { r: rb, k: if growth == 0.0 { 0.0 } else { -growth } }]
     }
 }

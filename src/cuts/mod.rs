@@ -11,15 +11,18 @@ mod cone;
 mod conflict;
 pub mod preferred;
 mod problem;
+mod radii;
 mod settle;
 mod shrink;
 
 pub use cone::Cone;
 pub use conflict::{Binding, Conflict};
 pub use problem::{FREE, MARGIN};
-pub use shrink::{Shrunk, part, scaled, shrink, shrunk};
+pub use radii::{Radii, Shrunk, Thinner};
+pub use shrink::{part, shrink};
 
 use crate::graph::Graph;
+use crate::ids::StrutId;
 use problem::Problem;
 
 /// How a strut came to its cuts, in the order in which means are tried.
@@ -71,4 +74,18 @@ pub fn negotiate(graph: &Graph, lambda: f64) -> Result<Cuts, Vec<Conflict>> {
     let (cuts, means) = settle::settle(&problem);
     let pairs = |all: &[f64]| all.chunks_exact(2).map(|c| [c[0], c[1]]).collect();
     Ok(Cuts { at: pairs(&cuts), preferred: pairs(&problem.preferred), means })
+}
+
+/// How far each node reaches, by `NodeId` (mm): its largest radius, and the longest touching cut of its struts that have no room for
+/// touching cuts, on each no further than the strut's end.
+pub fn reach(graph: &Graph, lambda: f64) -> Vec<f64> {
+    let problem = Problem::new(graph, lambda);
+    let mut reach: Vec<f64> = graph.node_ids().map(|n| graph.largest_radius(n)).collect();
+    for k in (0..problem.struts()).filter(|&k| !problem.fits(k, &problem.touching)) {
+        for e in [2 * k, 2 * k + 1] {
+            let at = &mut reach[problem.node[e].index()];
+            *at = at.max(problem.touching[e].min(graph.length(StrutId(k as u32))));
+        }
+    }
+    reach
 }

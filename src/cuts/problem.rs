@@ -73,9 +73,7 @@ impl Problem {
         let mut room = Vec::with_capacity(count / 2);
         for (k, s) in graph.struts().iter().enumerate() {
             let length = graph.length(StrutId(k as u32));
-            let growth = (s.rb - s.ra) / length;
-            cones[2 * k] = Cone { r: s.ra, k: growth };
-            cones[2 * k + 1] = Cone { r: s.rb, k: if growth == 0.0 { 0.0 } else { -growth } };
+            [cones[2 * k], cones[2 * k + 1]] = Cone::pair([s.ra, s.rb], length);
             node[2 * k] = s.a;
             node[2 * k + 1] = s.b;
             room.push(length * (1.0 - FREE));
@@ -143,6 +141,12 @@ impl Problem {
     /// Number of struts.
     pub fn struts(&self) -> usize {
         self.room.len()
+    }
+
+    /// Give a strut other radii at its ends a and b (mm). What was found at its nodes stays.
+    pub fn set_radii(&mut self, strut: usize, radii: [f64; 2]) {
+        let length = self.room[strut] / (1.0 - FREE);
+        [self.cones[2 * strut], self.cones[2 * strut + 1]] = Cone::pair(radii, length);
     }
 
     /// Does the strut have room for these cuts (mm, by strut end)?

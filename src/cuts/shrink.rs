@@ -1,20 +1,19 @@
 //! Radii made smaller until cuts fit, and until struts without a common node are apart. Where nothing else is left.
 //!
-//! Cuts that are tight on a strut meet in one point, and there the radius is `room / (cot ρ_a + cot ρ_b)`, whatever the taper: to shrink one
-//! end alone would gain nothing that is seen, so a strut shrinks as a whole and a cylinder stays a cylinder.
-//! A strut that has room for its touching cuts never shrinks: it gives way by its cuts. The others go, each by steps, from
-//! their full radius to the one at which touching cuts fit; a step is taken by all those that a proof of conflict names.
+//! What is wrong with a strut is wrong at one place of it. Cuts that are tight meet in one point, and there the radius is
+//! `room / (cot ρ_a + cot ρ_b)`, whatever the taper; struts that overlap do so at one point of each. `Radii` then finds what each end gives.
+//! A strut that has room for its touching cuts does not shrink for the sake of cuts: it gives way by them. The others go, each by steps, from
+//! their full radii to those at which touching cuts fit; a step is taken by all those that a proof of conflict names.
 //! At the end of all ways touching cuts fit everywhere, so this ends.
 
 use super::bounds::bounds;
-use super::problem::{Problem, across};
-use super::{Cone, Cuts, negotiate};
+use super::problem::{Problem, SETTLED};
+use super::radii::{Radii, Thinner};
+use super::{Cuts, negotiate};
 use crate::graph::proximity::{NearMiss, near_misses};
-use crate::graph::{Graph, Strut};
-use crate::ids::StrutId;
-use std::f64::consts::PI;
+use std::f64::consts::FRAC_PI_2;
 
-/// Parts of the way to the radius for touching cuts that steps take, from coarse to fine. Reason: the last is about how much
+/// Parts of the way to the radii for touching cuts that steps take, from coarse to fine. Reason: the last is about how much
 /// smaller than needed a radius may end; coarse ones first halve the time.
 const STEPS: [f64; 4] = [1.0 / 4.0, 1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 
@@ -27,73 +26,38 @@ const LEAST_FACTOR: f64 = 1.0 / 32.0;
 /// Struts parted keep this share of their distance: a gap of a hundredth of the radii. Guessed.
 const CLEAR: f64 = 0.99;
 
-/// A strut whose radii were made smaller.
-#[derive(Clone, Copy, Debug)]
-pub struct Shrunk {
-    pub strut: StrutId,
-    /// Radii at ends a and b, mm.
-    pub before: [f64; 2],
-    pub after: [f64; 2],
-    /// Volume lost of the strut from node to node, mm³.
-    pub volume: f64,
-}
-
-/// The graph with radii at which cuts fit, and those cuts. A graph that fits is not changed.
-pub fn shrink(graph: &Graph, lambda: f64) -> (Graph, Cuts) {
-    let mut now = graph.clone();
-    let cuts = loop {
-        match negotiate(&now, lambda) {
-            Ok(cuts) => break cuts,
-            Err(_) => now = shrink_once(&now, lambda),
-        }
-    };
-    (now, cuts)
-}
-
-/// What was made smaller.
-pub fn shrunk(before: &Graph, after: &Graph) -> Vec<Shrunk> {
-    let changed = before.struts().iter().zip(after.struts()).enumerate().filter(|(_, (old, new))| old != new);
-    let one = |(k, (old, new)): (usize, (&Strut, &Strut))| {
-        let strut = StrutId(k as u32);
-        let volume = |s: &Strut| PI / 3.0 * before.length(strut) * (s.ra * s.ra + s.ra * s.rb + s.rb * s.rb);
-        Shrunk { strut, before: [old.ra, old.rb], after: [new.ra, new.rb], volume: volume(old) - volume(new) }
-    };
-    changed.map(one).collect()
-}
-
-/// All radii at the struts multiplied by a factor each.
-pub fn scaled(graph: &Graph, factors: &[f64]) -> Graph {
-    let struts = graph.struts().iter().zip(factors).map(|(s, f)| if *f < 1.0 { Strut { ra: s.ra * f, rb: s.rb * f, ..*s } } else { *s });
-    Graph::new(graph.nodes().to_vec(), struts.collect())
-}
-
-/// Radii at which no struts without a common node overlap, or all pairs that no radii can part.
-pub fn part(graph: &Graph) -> Result<Graph, Vec<NearMiss>> {
-    let mut factors = vec![1.0; graph.struts().len()];
+/// Radii at which cuts fit, and those cuts. Radii that fit are not changed.
+pub fn shrink(radii: &mut Radii, lambda: f64) -> Cuts {
     loop {
-        let now = scaled(graph, &factors);
-        let misses = near_misses(&now);
+        match negotiate(&radii.graph(), lambda) {
+            Ok(cuts) => return cuts,
+            Err(_) => shrink_once(radii, lambda),
+        }
+    }
+}
+
+/// Radii at which no struts without a common node overlap; on failure all pairs that no radii can part.
+pub fn part(radii: &mut Radii) -> Result<(), Vec<NearMiss>> {
+    loop {
+        let misses = near_misses(&radii.graph());
         if misses.is_empty() {
-            return Ok(now);
+            return Ok(());
         }
-        let mut step = vec![1.0f64; factors.len()];
-        for miss in &misses {
-            let factor = CLEAR * miss.distance / miss.wanted;
-            for strut in [miss.a, miss.b] {
-                step[strut.index()] = step[strut.index()].min(factor);
-            }
-        }
-        factors.iter_mut().zip(&step).for_each(|(f, s)| *f *= s);
-        let hopeless = |m: &NearMiss| [m.a, m.b].iter().any(|k| factors[k.index()] < LEAST_FACTOR);
+        let wishes = |m: &NearMiss| {
+            let to = CLEAR * m.distance / m.wanted;
+            [(m.a, m.along[0]), (m.b, m.along[1])].map(|(strut, t)| Thinner { strut, t, to })
+        };
+        radii.thin(misses.iter().flat_map(wishes));
+        let hopeless = |m: &NearMiss| [m.a, m.b].iter().any(|&k| radii.least(k) < LEAST_FACTOR);
         if misses.iter().any(hopeless) {
             return Err(misses.into_iter().filter(hopeless).collect());
         }
     }
 }
 
-/// Radii for which bounds do not cross.
-fn shrink_once(graph: &Graph, lambda: f64) -> Graph {
-    let mut ways = Ways::new(Problem::new(graph, lambda));
+/// Make radii smaller until bounds do not cross.
+fn shrink_once(radii: &mut Radii, lambda: f64) {
+    let mut ways = Ways::new(Problem::new(&radii.graph(), lambda), radii);
     let all = vec![true; ways.p.struts()];
     let mut coarser = None;
     for step in STEPS {
@@ -121,61 +85,65 @@ fn shrink_once(graph: &Graph, lambda: f64) -> Graph {
             }
         }
     }
-    scaled(graph, &ways.factor)
 }
 
-/// How far each strut has gone from its full radii to those at which its touching cuts fit. All by strut but `full`.
-struct Ways {
+/// How far each strut has gone from its full radii to those at which its touching cuts fit. All by strut.
+struct Ways<'r, 'g> {
     p: Problem,
-    /// By strut end, radii not shrunk.
-    full: Vec<Cone>,
+    radii: &'r mut Radii<'g>,
     /// Part of the way, 0 to 1.
     gone: Vec<f64>,
-    /// Factor on the radii at the end of the way; 1: no way to go.
-    last: Vec<f64>,
-    /// Factor on the radii now.
-    factor: Vec<f64>,
+    /// Factors on the radii at the beginning and at the end of the way; equal where there is no way to go.
+    first: Vec<[f64; 2]>,
+    last: Vec<[f64; 2]>,
 }
 
-impl Ways {
-    fn new(p: Problem) -> Ways {
-        let last = (0..p.struts()).map(|k| if p.fits(k, &p.touching) { 1.0 } else { touching_factor(&p, k) }).collect();
-        Ways { full: p.cones.clone(), gone: vec![0.0; p.struts()], factor: vec![1.0; p.struts()], last, p }
+impl<'r, 'g> Ways<'r, 'g> {
+    fn new(mut p: Problem, radii: &'r mut Radii<'g>) -> Self {
+        let first = radii.factors.clone();
+        let last = (0..p.struts()).map(|k| if p.fits(k, &p.touching) { first[k] } else { touching_factors(&mut p, radii, k) }).collect();
+        Ways { gone: vec![0.0; p.struts()], first, last, p, radii }
     }
 
     fn can_go(&self, k: usize) -> bool {
-        self.last[k] < 1.0 && self.gone[k] < 1.0
+        self.last[k] != self.first[k] && self.gone[k] < 1.0
     }
 
     fn go(&mut self, k: usize, step: f64) {
-        if self.last[k] < 1.0 {
-            self.gone[k] = (self.gone[k] + step).clamp(0.0, 1.0);
-            self.set(k, 1.0 - self.gone[k] * (1.0 - self.last[k]));
+        if self.last[k] == self.first[k] {
+            return;
         }
+        self.gone[k] = (self.gone[k] + step).clamp(0.0, 1.0);
+        let (first, last, gone) = (self.first[k], self.last[k], self.gone[k]);
+        self.set(k, [0, 1].map(|e| first[e] - gone * (first[e] - last[e])));
     }
 
     fn go_beyond(&mut self, k: usize, step: f64) {
-        self.set(k, self.factor[k] * (1.0 - step));
+        self.set(k, self.radii.factors[k].map(|f| f * (1.0 - step)));
     }
 
-    fn set(&mut self, k: usize, factor: f64) {
-        self.factor[k] = factor;
-        for e in [2 * k, across(2 * k)] {
-            self.p.cones[e] = self.full[e].scaled(factor);
-        }
+    fn set(&mut self, k: usize, factors: [f64; 2]) {
+        self.radii.factors[k] = factors;
+        self.p.set_radii(k, self.radii.of(k, factors));
     }
 }
 
-/// The factor on a strut's radii at which cuts with its touching caps fit; not below `LEAST_FACTOR`.
-fn touching_factor(p: &Problem, k: usize) -> f64 {
+/// The factors on a strut's radii at which cuts with its touching caps fit; the radius where the two cuts meet is not made smaller than
+/// by `LEAST_FACTOR`. The strut of the problem is left as it was.
+fn touching_factors(p: &mut Problem, radii: &Radii, k: usize) -> [f64; 2] {
     let ends = [2 * k, 2 * k + 1];
-    let caps = ends.map(|e| p.cap(e, p.touching[e]));
-    let cuts = |f: f64| -> f64 { ends.iter().zip(caps).filter(|&(&e, _)| !p.is_free(e)).map(|(&e, cap)| p.cones[e].scaled(f).cut(cap)).sum() };
+    let now = radii.factors[k];
+    // a cone wider than its angle leaves its neighbour no cap at all
+    let caps = ends.map(|e| if p.is_free(e) { FRAC_PI_2 } else { p.cap(e, p.touching[e]).max(SETTLED) });
+    let [a, b] = caps.map(|cap| 1.0 / cap.tan());
+    let thinned = |to: f64| radii.thinned(k, now, a / (a + b), to);
     // cuts grow with the radii, from 0
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if cuts(middle) <= p.room[k] { low = middle } else { high = middle }
+        p.set_radii(k, radii.of(k, thinned(middle)));
+        if p.cut(ends[0], caps[0]) + p.cut(ends[1], caps[1]) <= p.room[k] { low = middle } else { high = middle }
     }
-    low.max(LEAST_FACTOR)
+    p.set_radii(k, radii.of(k, now));
+    thinned(low.max(LEAST_FACTOR))
 }

@@ -19,6 +19,7 @@ pub mod repair;
 use crate::error::{Error, Note};
 use crate::ids::{NodeId, StrutId};
 use glam::DVec3;
+use std::f64::consts::PI;
 
 /// What a text says, not yet checked: ends may be out of range, numbers may be NaN. Lengths in mm.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,6 +55,13 @@ pub struct Strut {
     pub b: NodeId,
     pub ra: f64,
     pub rb: f64,
+}
+
+impl Strut {
+    /// Volume from node to node (mm³) of a strut of this length (mm): a truncated cone.
+    pub fn volume(&self, length: f64) -> f64 {
+        PI / 3.0 * length * (self.ra * self.ra + self.ra * self.rb + self.rb * self.rb)
+    }
 }
 
 /// Which end of a strut.

@@ -39,6 +39,13 @@ pub struct Body {
     pub radii: [f64; 2],
 }
 
+impl Body {
+    /// Where a point of the axis is, as a part of its length from `p`.
+    fn part(&self, x: DVec3) -> f64 {
+        if self.p == self.q { 0.0 } else { (x.distance(self.p) / self.q.distance(self.p)).min(1.0) }
+    }
+}
+
 /// Two struts that come too close without sharing a node; `a < b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearMiss {
@@ -48,6 +55,8 @@ pub struct NearMiss {
     pub distance: f64,
     /// The sum of the radii there: what the distance has to exceed (mm). Where a strut tapers, its radius square to the cone.
     pub wanted: f64,
+    /// Where these points are on the axes: parts of the lengths of `a` and `b`, from their first ends.
+    pub along: [f64; 2],
     /// Half-way between those two points of the axes (mm).
     pub at: DVec3,
 }
@@ -118,7 +127,8 @@ fn near_miss(a: &Body, b: &Body, margin: f64) -> Option<NearMiss> {
     }
     let Gap { points: [on_a, on_b], radii } = gap(a, b);
     let (distance, wanted) = (on_a.distance(on_b), radii);
-    (distance <= wanted * (1.0 + margin)).then(|| NearMiss { a: a.strut, b: b.strut, distance, wanted, at: on_a.midpoint(on_b) })
+    let along = [a.part(on_a), b.part(on_b)];
+    (distance <= wanted * (1.0 + margin)).then(|| NearMiss { a: a.strut, b: b.strut, distance, wanted, along, at: on_a.midpoint(on_b) })
 }
 
 /// Where two bodies are closest, or deepest in each other.

@@ -7,7 +7,6 @@ use super::record::{Draft, Fate, Repair, Step, Why};
 use crate::graph::components::split;
 use crate::graph::{Input, Strut, check};
 use crate::ids::NodeId;
-use std::f64::consts::PI;
 
 /// Share of the largest part's volume below which a part is loose, where none is given. Reason: scraps that a crop or a trim leaves
 /// have a strut or two, a hundredth of any part that is worth building; bodies meant to be there are not that unequal. Guessed.
@@ -47,5 +46,5 @@ pub fn drop_loose(input: &Input, share: f64) -> (Input, Repair) {
 /// Volume of a strut from node to node (mm³).
 fn volume(input: &Input, s: &Strut) -> f64 {
     let length = input.nodes[s.a.index()].distance(input.nodes[s.b.index()]);
-    PI / 3.0 * length * (s.ra * s.ra + s.ra * s.rb + s.rb * s.rb)
+    s.volume(length)
 }

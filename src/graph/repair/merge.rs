@@ -4,14 +4,18 @@
 //!
 //! 1. Angles. Two struts n-c and n-b (c the nearer node) closer than the limit run together as far as c: n-b becomes c-b, and n-c takes
 //!    the larger radius. The closest pairs first, each strut once a round. With angles below 60° struts only get shorter.
-//! 2. Nodes, once no angle is left: the two nodes of a strut that its cuts do not fit, and two nodes without a strut whose balls (the
-//!    largest radius at the node) touch. The worst pairs first, each node once a round. The new node is at the mean of all nodes
-//!    that went into it; it has the smallest of their ids.
+//! 2. Nodes, once no angle is left: the two nodes of a strut that no cuts fit, and two nodes without a strut whose balls (the largest
+//!    radius at the node) touch. The nearest pairs first. After a merge its node and all nodes beside it wait until conflicts have been
+//!    asked for again. The new node is at the mean of all nodes that went into it; it has the smallest of their ids.
 //!
 //! Struts with both ends in one node are dropped, and of struts between the same nodes all but the first, which takes the largest radii.
 //! Every round leaves fewer nodes or less strut length, so it ends. What it does to the shape is the price of the policy: read the record.
+//!
+//! No merge goes far: any two nodes that go into one reach each other, `|p - q| <= reach_p + reach_q`, all as it was in the lattice given. A pair
+//! that this keeps apart stays; a strut that no cuts fit and that has to stay for this reason is `Stuck`.
 
 use super::record::{Draft, Fate, Repair, Step};
+use crate::error::Fault;
 use crate::graph::proximity::{self, Body};
 use crate::graph::{Graph, Input, Strut};
 use crate::ids::{NodeId, StrutId};
@@ -22,29 +26,67 @@ pub const MERGE_ANGLE: f64 = 5.0;
 /// The angle has to be below this, degrees. Reason: at 60° and more a rerouted strut need not be shorter.
 pub const LARGEST_ANGLE: f64 = 60.0;
 
-/// A strut whose cuts do not fit, and by how much: the length they want over the length there is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conflict {
-    pub strut: StrutId,
-    pub excess: f64,
+/// What the cuts say of a graph.
+pub struct Fit {
+    /// The struts that no cuts fit.
+    pub conflicts: Vec<StrutId>,
+    /// How far each node reaches, by `NodeId` (mm): no less than its struts' largest radius.
+    pub reach: Vec<f64>,
 }
 
-/// Merge until no struts at a node are closer than `angle` (degrees, below 60), `conflicts` finds no strut, and no nodes touch.
-/// `conflicts` is asked again after every change; it must depend on its graph alone. Nodes without struts keep their ids in that graph.
-pub fn merge(input: &Input, angle: f64, conflicts: &dyn Fn(&Graph) -> Vec<Conflict>) -> (Input, Repair) {
-    let mut state = State { draft: Draft::new(input), weight: vec![1.0; input.nodes.len()] };
+/// A strut that no cuts fit and whose nodes may not become one. All in the ids before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    pub strut: StrutId,
+    /// Two nodes that would go into one and do not reach each other: those that lack most.
+    pub nodes: [NodeId; 2],
+    /// Distance between them, and how far they reach together (mm).
+    pub distance: f64,
+    pub reach: f64,
+}
+
+impl Stuck {
+    /// As a fault of the strut.
+    pub fn fault(&self) -> Fault {
+        let [a, b] = self.nodes.map(|n| n.0);
+        let found = format!("no cuts that fit, and to merge its nodes would join nodes {a} and {b}, {:.6} mm apart", self.distance);
+        Fault::new(format!("struts[{}]", self.strut.0), found, format!("nodes within the {:.6} mm that their cuts reach", self.reach))
+    }
+}
+
+/// A merged lattice, its record, and what could not be merged.
+pub struct Merged {
+    pub input: Input,
+    pub repair: Repair,
+    /// By strut.
+    pub stuck: Vec<Stuck>,
+}
+
+/// Merge until no struts at a node are closer than `angle` (degrees, below 60) and no nodes are left that have to become one and may.
+/// `fit` is asked again after every change; it must depend on its graph alone. Nodes without struts keep their ids in that graph.
+pub fn merge(input: &Input, angle: f64, fit: &dyn Fn(&Graph) -> Fit) -> Merged {
+    let mut state = State { draft: Draft::new(input), groups: (0..input.nodes.len() as u32).map(|n| vec![NodeId(n)]).collect(), reach: Vec::new() };
+    state.reach = fit(&state.graph().0).reach;
     loop {
         let (graph, ids) = state.graph();
-        if !state.merge_angles(&graph, &ids, angle.to_radians()) && !state.merge_nodes(&graph, &conflicts(&graph)) {
-            return state.draft.finish(Step::Merge, angle);
+        if state.merge_angles(&graph, &ids, angle.to_radians()) {
+            continue;
+        }
+        let conflicts = fit(&graph).conflicts;
+        if !state.merge_nodes(&graph, &conflicts) {
+            let stuck = conflicts.iter().filter_map(|&k| state.stuck(&graph, &ids, k)).collect();
+            let (input, repair) = state.draft.finish(Step::Merge, angle);
+            return Merged { input, repair, stuck };
         }
     }
 }
 
 struct State<'a> {
     draft: Draft<'a>,
-    /// How many nodes went into each.
-    weight: Vec<f64>,
+    /// The nodes, as given, that went into each.
+    groups: Vec<Vec<NodeId>>,
+    /// How far each node reached in the lattice given (mm).
+    reach: Vec<f64>,
 }
 
 impl State<'_> {
@@ -75,27 +117,50 @@ impl State<'_> {
         !pairs.is_empty()
     }
 
-    fn merge_nodes(&mut self, graph: &Graph, conflicts: &[Conflict]) -> bool {
-        let ends = |k: StrutId| (graph.struts()[k.index()].a, graph.struts()[k.index()].b);
-        let mut pairs: Vec<(f64, NodeId, NodeId)> = conflicts.iter().map(|c| (c.excess, ends(c.strut).0, ends(c.strut).1)).collect();
-        pairs.extend(touching_nodes(graph));
-        pairs.iter_mut().for_each(|p| (p.1, p.2) = (p.1.min(p.2), p.1.max(p.2)));
-        pairs.sort_by(|p, q| q.0.total_cmp(&p.0).then((p.1, p.2).cmp(&(q.1, q.2))));
+    fn merge_nodes(&mut self, graph: &Graph, conflicts: &[StrutId]) -> bool {
+        let at = |n: NodeId| graph.nodes()[n.index()];
+        let mut pairs: Vec<(NodeId, NodeId)> = conflicts.iter().map(|&k| ends(graph, k)).chain(touching_nodes(graph)).collect();
+        pairs.retain(|&(a, b)| self.out_of_reach(a, b).is_none());
+        pairs.sort_by(|&p, &q| at(p.0).distance(at(p.1)).total_cmp(&at(q.0).distance(at(q.1))).then(p.cmp(&q)));
         let mut into: Vec<NodeId> = graph.node_ids().collect();
-        let mut touched = vec![false; into.len()];
-        for &(_, a, b) in &pairs {
-            if touched[a.index()] || touched[b.index()] {
+        let mut waits = vec![false; into.len()];
+        for &(a, b) in &pairs {
+            if waits[a.index()] || waits[b.index()] {
                 continue;
             }
-            (touched[a.index()], touched[b.index()]) = (true, true);
+            for n in [a, b] {
+                waits[n.index()] = true;
+                graph.arms(n).iter().for_each(|&arm| waits[graph.far(arm).index()] = true);
+            }
             into[b.index()] = a;
-            let total = self.weight[a.index()] + self.weight[b.index()];
-            self.draft.at[a.index()] = self.draft.at[a.index()].lerp(self.draft.at[b.index()], self.weight[b.index()] / total);
-            self.weight[a.index()] = total;
+            let joined = std::mem::take(&mut self.groups[b.index()]);
+            let share = joined.len() as f64 / (joined.len() + self.groups[a.index()].len()) as f64;
+            self.draft.at[a.index()] = at(a).lerp(at(b), share);
+            self.groups[a.index()].extend(joined);
         }
         self.draft.join(|n| into[n.index()]);
         !pairs.is_empty()
     }
+
+    /// The two nodes of both groups that lack most to reach each other, their distance and how far they reach (mm); none if all do.
+    fn out_of_reach(&self, a: NodeId, b: NodeId) -> Option<([NodeId; 2], f64, f64)> {
+        let at = |n: NodeId| self.draft.given().nodes[n.index()];
+        let pairs = self.groups[a.index()].iter().flat_map(|&p| self.groups[b.index()].iter().map(move |&q| [p, q]));
+        let measured = pairs.map(|[p, q]| ([p, q], at(p).distance(at(q)), self.reach[p.index()] + self.reach[q.index()]));
+        measured.filter(|(_, distance, reach)| distance > reach).max_by(|x, y| (x.1 - x.2).total_cmp(&(y.1 - y.2)))
+    }
+
+    fn stuck(&self, graph: &Graph, ids: &[usize], strut: StrutId) -> Option<Stuck> {
+        let (a, b) = ends(graph, strut);
+        let (nodes, distance, reach) = self.out_of_reach(a, b)?;
+        Some(Stuck { strut: StrutId(ids[strut.index()] as u32), nodes, distance, reach })
+    }
+}
+
+/// The nodes of a strut, the smaller id first.
+fn ends(graph: &Graph, strut: StrutId) -> (NodeId, NodeId) {
+    let s = &graph.struts()[strut.index()];
+    (s.a.min(s.b), s.a.max(s.b))
 }
 
 /// Two struts at one node: the one to the nearer node, and the other.
@@ -134,16 +199,15 @@ fn close_pairs(graph: &Graph, limit: f64) -> Vec<ClosePair> {
     pairs
 }
 
-/// Nodes without a strut between them whose balls touch, and the sum of their radii over their distance.
-fn touching_nodes(graph: &Graph) -> Vec<(f64, NodeId, NodeId)> {
+/// Nodes without a strut between them whose balls touch, the smaller id first.
+fn touching_nodes(graph: &Graph) -> Vec<(NodeId, NodeId)> {
     let ball = |n: NodeId| {
-        let radius = graph.arms(n).iter().map(|&arm| graph.radius(arm)).fold(0.0, f64::max);
-        let at = graph.nodes()[n.index()];
+        let (radius, at) = (graph.largest_radius(n), graph.nodes()[n.index()]);
         // a ball in place of a strut: its id is the node's
         Body { strut: StrutId(n.0), ends: [n.0; 2], p: at, q: at, radii: [radius; 2] }
     };
     let balls: Vec<Body> = graph.used_nodes().map(ball).collect();
     let joined = |a: NodeId, b: NodeId| graph.arms(a).iter().any(|&arm| graph.far(arm) == b);
-    let pairs = proximity::among(&balls).into_iter().map(|m| (m.wanted / m.distance, NodeId(m.a.0), NodeId(m.b.0)));
-    pairs.filter(|&(_, a, b)| !joined(a, b)).collect()
+    let pairs = proximity::among(&balls).into_iter().map(|m| (NodeId(m.a.0), NodeId(m.b.0)));
+    pairs.filter(|&(a, b)| !joined(a, b)).collect()
 }

@@ -11,7 +11,7 @@ pub mod merge;
 pub mod record;
 pub mod weld;
 
-pub use merge::merge;
+pub use merge::{Merged, merge};
 pub use record::{Repair, undo};
 
 use super::Input;

@@ -28,6 +28,8 @@ pub struct Repair {
     pub limit: f64,
     pub before: Size,
     pub after: Size,
+    /// Sum over the struts of how much the volume of each, from node to node, grew or shrank; all of it for those that are gone (mm³).
+    pub changed_mm3: f64,
     /// Nodes that moved, went into another or were dropped.
     pub nodes: Vec<NodeChange>,
     /// Struts that were dropped, went into another, or have other ends or radii than before.
@@ -69,7 +71,18 @@ pub struct StrutChange {
     pub rb: f64,
     /// The strut that it is now, in the ids after; none if it was dropped.
     pub into: Option<StrutId>,
+    /// Ends and radii of that strut.
+    pub now: Option<Ends>,
     pub why: Why,
+}
+
+/// Ends, in the ids after, and radii of a strut (mm).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Ends {
+    pub a: NodeId,
+    pub b: NodeId,
+    pub ra: f64,
+    pub rb: f64,
 }
 
 /// Why a strut is not what it was. All but `changed` are gone.
@@ -101,7 +114,8 @@ impl Repair {
         let (nodes, struts) = (gone(self.before.nodes, self.after.nodes), gone(self.before.struts, self.after.struts));
         let farthest = self.nodes.iter().filter_map(|n| n.moved).reduce(f64::max);
         let moved = farthest.map_or(String::new(), |by| format!(", the farthest node moved by {by:.6} mm"));
-        Note::new("document", format!("{what} ({limit}): {nodes} nodes and {struts} struts fewer{moved}"))
+        let volume = format!("{:.6} mm³ of struts changed", self.changed_mm3);
+        Note::new("document", format!("{what} ({limit}): {nodes} nodes and {struts} struts fewer{moved}, {volume}"))
     }
 
     /// The ids before of the nodes and struts after.
@@ -180,6 +194,11 @@ impl<'a> Draft<'a> {
         (s.a != s.b && usable(s.a) && usable(s.b) && check::is_radius(s.ra) && check::is_radius(s.rb)).then_some(s)
     }
 
+    /// The lattice before.
+    pub fn given(&self) -> &Input {
+        self.input
+    }
+
     pub fn drop_node(&mut self, node: NodeId) {
         self.into[node.index()] = None;
     }
@@ -221,8 +240,19 @@ impl<'a> Draft<'a> {
         }
     }
 
+    /// See `Repair::changed_mm3`; of the struts whose volumes are numbers.
+    fn changed_volume(&self) -> f64 {
+        let volume = |at: &[DVec3], s: &Strut| Some(s.volume(at.get(s.a.index())?.distance(*at.get(s.b.index())?)));
+        let change = |(fate, s): (&Fate, &Strut)| {
+            let now = if let Fate::Stays(s) = fate { volume(&self.at, s)? } else { 0.0 };
+            Some((now - volume(&self.input.nodes, s)?).abs()).filter(|change| change.is_finite())
+        };
+        self.fates.iter().zip(&self.input.struts).filter_map(change).sum()
+    }
+
     /// The repaired lattice, and the record of what changed.
     pub fn finish(self, step: Step, limit: f64) -> (Input, Repair) {
+        let changed_mm3 = self.changed_volume();
         let Draft { input, into, at, fates } = self;
         let stays = |n: usize| into[n] == Some(NodeId(n as u32));
         let new_node = numbered((0..into.len()).map(stays));
@@ -235,6 +265,9 @@ impl<'a> Draft<'a> {
                 nodes.push(NodeChange { node: NodeId(n as u32), at: input.nodes[n].to_array(), into, stays: stays(n), moved });
             }
         }
+        let end = |n: NodeId| if n.index() < into.len() { NodeId(new_node[n.index()]) } else { n };
+        let kept = fates.iter().filter_map(|f| if let Fate::Stays(s) = f { Some(Strut { a: end(s.a), b: end(s.b), ..*s }) } else { None });
+        let kept: Vec<Strut> = kept.collect();
         let mut struts = Vec::new();
         for (k, (&fate, &Strut { a, b, ra, rb })) in fates.iter().zip(&input.struts).enumerate() {
             let why = match fate {
@@ -246,13 +279,13 @@ impl<'a> Draft<'a> {
             while let Some(Fate::Gone { into, .. }) = now.map(|k| fates[k.index()]) {
                 now = into;
             }
-            struts.push(StrutChange { strut: StrutId(k as u32), a, b, ra, rb, into: now.map(|k| StrutId(new_strut[k.index()])), why });
+            let into = now.map(|k| StrutId(new_strut[k.index()]));
+            let now = into.map(|k| kept[k.index()]).map(|s| Ends { a: s.a, b: s.b, ra: s.ra, rb: s.rb });
+            struts.push(StrutChange { strut: StrutId(k as u32), a, b, ra, rb, into, now, why });
         }
-        let end = |n: NodeId| if n.index() < into.len() { NodeId(new_node[n.index()]) } else { n };
-        let kept = fates.iter().filter_map(|f| if let Fate::Stays(s) = f { Some(Strut { a: end(s.a), b: end(s.b), ..*s }) } else { None });
-        let after = Input { name: input.name.clone(), nodes: (0..into.len()).filter(|&n| stays(n)).map(|n| at[n]).collect(), struts: kept.collect() };
+        let after = Input { name: input.name.clone(), nodes: (0..into.len()).filter(|&n| stays(n)).map(|n| at[n]).collect(), struts: kept };
         let size = |input: &Input| Size { nodes: input.nodes.len(), struts: input.struts.len() };
-        let repair = Repair { step, limit, before: size(input), after: size(&after), nodes, struts };
+        let repair = Repair { step, limit, before: size(input), after: size(&after), changed_mm3, nodes, struts };
         (after, repair)
     }
 }
