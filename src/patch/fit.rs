@@ -192,13 +192,19 @@ fn own_gauge(tables: &Tables, map: &SectorMap) -> Vec<f64> {
 /// No fit at all: each sector the cylinder of its strut, w = w2. Of cylinders of one radius only: others do not meet on the cells' sides.
 pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
     let n = tables.p + 1;
-    let w2 = |index: usize| -> Vec<f64> {
-        let map = SectorMap::new(layout, index);
-        tables.interpolation.coefficients(&tables.interpolation.nodes.iter().map(|&s| 1.0 + map.t(s).powi(2)).collect::<Vec<_>>())
+    let w2 = |t: &dyn Fn(f64) -> f64| tables.interpolation.coefficients(&tables.interpolation.nodes.iter().map(|&s| 1.0 + t(s).powi(2)).collect::<Vec<_>>());
+    let sector = |k: usize| {
+        let map = SectorMap::new(layout, k);
+        w2(&|s| map.t(s)).into_iter().flat_map(|w| std::iter::repeat_n(w, n)).collect()
+    };
+    // where corners were joined, the crease's azimuths are not those of its sectors' rims
+    let crease = |k: usize| {
+        let map = SectorMap::new(layout, 2 * k);
+        w2(&|s| map.crease_t(s))
     };
     Fit {
-        sectors: (0..layout.sectors.len()).map(|k| w2(k).into_iter().flat_map(|w| std::iter::repeat_n(w, n)).collect()).collect(),
-        creases: (0..layout.creases.len()).map(|k| w2(2 * k)).collect(),
+        sectors: (0..layout.sectors.len()).map(sector).collect(),
+        creases: (0..layout.creases.len()).map(crease).collect(),
         radials: vec![vec![1.0; n]; layout.radials.len()],
         corners: vec![1.0; layout.corners.len()],
     }
