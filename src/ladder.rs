@@ -64,7 +64,7 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
     match film(Method::LevelSet) {
         Ok(film) => {
             for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
-                match patch::fit(&film, tables) {
+                match patch::fit(&film, tables).or_else(|e| patch::fit_fine(&film, tables).map_err(|fine| both(e, fine))) {
                     Ok(fitted) => return Ok(built(fitted, rung, reasons)),
                     Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.along())),
                 }
@@ -79,18 +79,29 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
     Err(reasons)
 }
 
-/// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer.
+/// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer, on a fine layout where
+/// the usual one serves neither degree.
 fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
-    let usual = patch::fit(film, &degrees.usual);
+    by_degree(patch::fit, film, options, degrees).or_else(|e| by_degree(patch::fit_fine, film, options, degrees).map_err(|fine| both(e, fine)))
+}
+
+/// One way of fitting at both degrees, the second only where the first fails or misses the tolerance.
+fn by_degree(fit: impl Fn(&Film, &Degree) -> Result<Fitted, String>, film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
+    let usual = fit(film, &degrees.usual);
     if usual.as_ref().is_ok_and(|f| f.quality.deviation <= options.tolerance) {
         return usual;
     }
-    let more = patch::fit(film, &degrees.more);
+    let more = fit(film, &degrees.more);
     match (usual, more) {
         (Ok(usual), Ok(more)) => Ok(if more.quality.deviation < usual.quality.deviation { more } else { usual }),
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
         (Err(e), Err(_)) => Err(e),
     }
+}
+
+/// Why neither layout serves.
+fn both(usual: String, fine: String) -> String {
+    if usual == fine { usual } else { format!("{usual} (on a fine layout: {fine})") }
 }
 
 fn built(fitted: Fitted, rung: Rung, reasons: Vec<String>) -> Built {

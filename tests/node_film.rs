@@ -29,6 +29,19 @@ fn every_vertex_lies_on_the_original_shape() {
     }
 }
 
+/// Rims of tapered struts have the radius of their cone, also where all radii at the node are equal.
+#[test]
+fn tapered_struts_keep_their_rims() {
+    let mut star = star(vec![DVec3::X, DVec3::Y, DVec3::NEG_Z]);
+    star.tapers = vec![-0.1, 0.0, 0.05];
+    let control = control_mesh(&star, &Cells::new(&star).unwrap());
+    for (p, rim) in control.points.iter().zip(&control.rims) {
+        let Some(rim) = rim else { continue };
+        let arm = rim.arm as usize;
+        assert!((p.cross(star.axes[arm]).length() - star.rim_radius(arm)).abs() < 1e-12, "strut {arm}: {p}");
+    }
+}
+
 #[test]
 fn every_facet_faces_away_from_the_node() {
     for (name, axes) in all_nodes() {

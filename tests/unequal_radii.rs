@@ -73,6 +73,24 @@ fn hand_made_nodes() {
     assert_sound("cross", &fan(&[x, -x, y, -y], &[[1.0; 2], [1.0; 2], [0.3; 2], [0.3; 2]]));
 }
 
+/// Two struts alone: once refused in bands of angle, and at small ones.
+#[test]
+fn pairs() {
+    for (ratio, degrees) in [(0.3, 48.0), (0.25, 60.0), (0.2, 70.0), (0.1, 52.0), (0.1, 100.0), (0.5, 15.0), (0.3, 18.0), (0.9, 14.0)] {
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        assert_sound(&format!("{ratio} at {degrees}°"), &fan(&[DVec3::X, DVec3::new(cos, sin, 0.0)], &[[ratio; 2], [1.0; 2]]));
+    }
+}
+
+/// One radius at the node, and struts that shrink or grow away from it.
+#[test]
+fn equal_radii_with_tapers() {
+    let (x, y) = (DVec3::X, DVec3::Y);
+    assert_sound("one shrinks", &fan(&[x, y], &[[1.0, 0.3], [1.0; 2]]));
+    assert_sound("one grows", &fan(&[x, y], &[[1.0, 1.8], [1.0; 2]]));
+    assert_sound("one shrinks, one grows", &fan(&[x, y], &[[1.0, 0.3], [1.0, 1.8]]));
+}
+
 /// The order of the struts and the unit of length change nothing but round-off.
 #[test]
 fn invariant() {

@@ -96,10 +96,10 @@ pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
                         let top = mesh.points[v];
                         let out = (top - top.dot(c) * c).normalize();
                         // linear from the rim to the crease point, then onto the cylinder (the sphere behind the node);
-                        // where a thinner strut may lie inside its neighbour, onto the original shape
+                        // on a cone, and where a thinner strut may lie inside its neighbour, onto the original shape
                         let p = (cut * c + rim_radius * out).lerp(top, f);
                         let height = p.dot(c);
-                        let p = if !cells.uniform {
+                        let p = if !cells.uniform || star.tapers[arm] != 0.0 {
                             if layer == 0 { p } else { on_shape(p) }
                         } else if height >= 0.0 {
                             height * c + out

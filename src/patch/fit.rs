@@ -66,6 +66,8 @@ struct SectorProblem {
     pull: Vec<f64>,
     /// Area of the sector: what the second differences of the control net count for.
     area: f64,
+    /// As `Samples::bends`, where the layout is fine.
+    bends: Option<Vec<f64>>,
 }
 
 impl<'a> Problem<'a> {
@@ -83,8 +85,8 @@ impl<'a> Problem<'a> {
             let own = own_gauge(tables, &map);
             let forms = sector_forms(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
             let deviation = SparseRows::deviation(tables.q + 1, &forms, &own);
-            let Energy { energy, pull, area } = Energy::new(tables, &problem.samples, &map, &own, &mut sampler)?;
-            problem.sectors.push(SectorProblem { forms, border, deviation, energy, pull, area });
+            let Energy { energy, pull, area, bends } = Energy::new(tables, &problem.samples, &map, &own, &mut sampler, layout.fine)?;
+            problem.sectors.push(SectorProblem { forms, border, deviation, energy, pull, area, bends });
         }
         Ok(problem)
     }
@@ -192,13 +194,19 @@ fn own_gauge(tables: &Tables, map: &SectorMap) -> Vec<f64> {
 /// No fit at all: each sector the cylinder of its strut, w = w2. Of cylinders of one radius only: others do not meet on the cells' sides.
 pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
     let n = tables.p + 1;
-    let w2 = |index: usize| -> Vec<f64> {
-        let map = SectorMap::new(layout, index);
-        tables.interpolation.coefficients(&tables.interpolation.nodes.iter().map(|&s| 1.0 + map.t(s).powi(2)).collect::<Vec<_>>())
+    let w2 = |t: &dyn Fn(f64) -> f64| tables.interpolation.coefficients(&tables.interpolation.nodes.iter().map(|&s| 1.0 + t(s).powi(2)).collect::<Vec<_>>());
+    let sector = |k: usize| {
+        let map = SectorMap::new(layout, k);
+        w2(&|s| map.t(s)).into_iter().flat_map(|w| std::iter::repeat_n(w, n)).collect()
+    };
+    // where corners were joined, the crease's azimuths are not those of its sectors' rims
+    let crease = |k: usize| {
+        let map = SectorMap::new(layout, 2 * k);
+        w2(&|s| map.crease_t(s))
     };
     Fit {
-        sectors: (0..layout.sectors.len()).map(|k| w2(k).into_iter().flat_map(|w| std::iter::repeat_n(w, n)).collect()).collect(),
-        creases: (0..layout.creases.len()).map(|k| w2(2 * k)).collect(),
+        sectors: (0..layout.sectors.len()).map(sector).collect(),
+        creases: (0..layout.creases.len()).map(crease).collect(),
         radials: vec![vec![1.0; n]; layout.radials.len()],
         corners: vec![1.0; layout.corners.len()],
     }
@@ -307,23 +315,11 @@ impl Direction {
 
 impl Samples {
     fn new(tables: &Tables) -> Self {
-        let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
+        let (n, rows) = (tables.q + 1, tables.q + 1 - RIM_ROWS);
         let (along, across) = (Direction::new(&tables.interpolation), Direction::new(&tables.columns));
         let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
         let products = across.basis.chunks_exact(n).flat_map(|b| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
-        let mut bends = vec![0.0; (np * rows).pow(2)];
-        let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
-        let triples = (0..np * n).flat_map(|k| [(k / n + 2 < np).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
-        for triple in triples {
-            let weights = [1.0, -2.0, 1.0];
-            for (a, f) in triple.into_iter().zip(weights) {
-                for (b, g) in triple.into_iter().zip(weights) {
-                    if let (Some(a), Some(b)) = (slot(a), slot(b)) {
-                        bends[a * np * rows + b] += f * g;
-                    }
-                }
-            }
-        }
+        let bends = bends(tables, |_| 1.0);
         Samples { along, across, products, gram_rows, bends }
     }
 
@@ -361,6 +357,27 @@ impl Samples {
     }
 }
 
+/// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`, each times the factor at its middle
+/// (`[is * (q + 1) + iv]`).
+fn bends(tables: &Tables, factor: impl Fn(usize) -> f64) -> Vec<f64> {
+    let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
+    let mut bends = vec![0.0; (np * rows).pow(2)];
+    let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
+    let triples = (0..np * n).flat_map(|k| [(k / n + 2 < np).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
+    for triple in triples {
+        let weights = [1.0, -2.0, 1.0];
+        let factor = factor(triple[1]);
+        for (a, f) in triple.into_iter().zip(weights) {
+            for (b, g) in triple.into_iter().zip(weights) {
+                if let (Some(a), Some(b)) = (slot(a), slot(b)) {
+                    bends[a * np * rows + b] += factor * f * g;
+                }
+            }
+        }
+    }
+    bends
+}
+
 /// A square matrix, row by row.
 fn square(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     (0..n * n).map(|k| entry(k / n, k % n)).collect()
@@ -376,10 +393,12 @@ struct Energy {
     energy: Vec<f64>,
     pull: Vec<f64>,
     area: f64,
+    bends: Option<Vec<f64>>,
 }
 
 impl Energy {
-    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, own: &[f64], sampler: &mut Sampler) -> Result<Energy, String> {
+    /// With `scaled`, fairness and stiffness count what the surface moves, not what w does.
+    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, own: &[f64], sampler: &mut Sampler, scaled: bool) -> Result<Energy, String> {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let m = samples.across.rule.len();
         let size = np * rows;
@@ -387,6 +406,7 @@ impl Energy {
         let directions = samples.directions(tables, map);
         let mut weights = vec![0.0; samples.along.rule.len() * m];
         let mut pull = vec![0.0; size];
+        let mut moves = vec![1.0; weights.len()];
         let mut own_at_s = vec![0.0; n];
         for (a, &(_, ws)) in samples.along.rule.iter().enumerate() {
             let along = &samples.along.basis[a * np..(a + 1) * np];
@@ -401,7 +421,12 @@ impl Energy {
                 let (rho, length) = (hit.distance, y.length());
                 let facing = hit.normal.dot(y / length).max(LEAST_FACING);
                 let area = solid_angle * rho * rho / facing;
-                let weight = (rho * rho / length * facing).powi(2) * ws * samples.across.rule[b].1 * area;
+                // squared distance along the normal that the surface moves per unit of w
+                let move_sq = (rho * rho / length * facing).powi(2);
+                if scaled {
+                    moves[a * m + b] = move_sq * map.start().radius.powi(2);
+                }
+                let weight = move_sq * ws * samples.across.rule[b].1 * area;
                 weights[a * m + b] = weight;
                 let across = &all[RIM_ROWS..];
                 let miss = weight * (length / rho - own);
@@ -414,7 +439,8 @@ impl Energy {
         let (dphi, deta, w2) = map.extent();
         let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
         let area = dphi * deta / (w2 * w2);
-        let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * area * f);
+        let mean_move = if scaled { (moves.iter().map(|x: &f64| x.ln()).sum::<f64>() / moves.len() as f64).exp() } else { 1.0 };
+        let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * mean_move * area * f);
         // both are products of a matrix in s and one in v: block by block over pairs of s
         let mut energy = vec![0.0; size * size];
         let mut block = vec![0.0; rows * rows];
@@ -439,7 +465,11 @@ impl Energy {
                 }
             }
         }
-        Ok(Energy { energy, pull, area })
+        // the sample nearest to a control value's parameters
+        let last = [samples.along.rule.len() - 1, m - 1];
+        let near = |k: usize, of: usize, last: usize| (k * last + of / 2) / of;
+        let bends = scaled.then(|| bends(tables, |k| moves[near(k / n, np - 1, last[0]) * m + near(k % n, n - 1, last[1])]));
+        Ok(Energy { energy, pull, area, bends })
     }
 }
 
@@ -476,7 +506,7 @@ impl SectorProblem {
         let (width, size) = (self.deviation.width, self.pull.len());
         let Scratch { quadratic, turned, row, normal } = scratch;
         quadratic.clone_from(&self.energy);
-        axpy(quadratic, stiffness * self.area, &samples.bends);
+        axpy(quadratic, stiffness * self.area, self.bends.as_ref().unwrap_or(&samples.bends));
         // (Q D)ᵀ, row by row
         refill(turned, width * size);
         for (line, entries) in quadratic.chunks_exact(size).zip(self.deviation.rows()) {

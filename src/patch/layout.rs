@@ -23,6 +23,14 @@ const DETAIL: f64 = 1.2;
 /// Largest bend of a radial in units of its speed: keeps the shear of `map` mild on long columns.
 const MOST_BEND: f64 = 3.0;
 
+/// Speed, in a fine layout, at which columns that end far behind their strut's end plane cross that plane: the node's back is
+/// round over about one unit of height on either side of it. Measured on pairs of struts, radii 1 to 0.1, angles from 5°: 3 leaves
+/// too little room to both ends, 8 passes over the rounding.
+const END_SPEED: f64 = 5.0;
+
+/// Narrowest part of a crease that a fine layout makes, radians.
+const LEAST_PART: f64 = 0.02;
+
 #[derive(Clone, Debug)]
 pub struct Layout {
     pub corners: Vec<Corner>,
@@ -34,6 +42,8 @@ pub struct Layout {
     pub around: Vec<Vec<usize>>,
     /// As `Cells::uniform`: columns of the direction map keep their azimuth.
     pub uniform: bool,
+    /// Made by `Layout::fine`.
+    pub fine: bool,
 }
 
 /// A point where cells meet, or an extra corner on a side.
@@ -92,6 +102,16 @@ pub struct Sector {
     pub t: [f64; 2],
 }
 
+/// What a layout does for the part of the node behind its struts' end planes.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Detail {
+    Usual,
+    /// Creases are parted there.
+    Parted,
+    /// And columns cross the planes slowly.
+    Slow,
+}
+
 /// A side, or a part of one: (side, start azimuth, end azimuth, start corner, end corner).
 struct Piece {
     side: usize,
@@ -117,11 +137,35 @@ impl Radial {
 impl Layout {
     /// Lay out the sectors; splits sides until the direction map of every sector is regular.
     pub fn new(star: &Star, cells: &Cells) -> Result<Layout, String> {
+        Layout::regular(star, cells, Detail::Usual)
+    }
+
+    /// A layout for struts that leave the node close together, or of very different radii. Behind the struts' end planes the
+    /// gauge grows with the distance from these planes: creases are parted there, and columns cross the planes slowly if such a map is regular.
+    pub fn fine(star: &Star, cells: &Cells) -> Result<Layout, String> {
+        Layout::regular(star, cells, Detail::Slow).or_else(|_| Layout::regular(star, cells, Detail::Parted))
+    }
+
+    fn regular(star: &Star, cells: &Cells, detail: Detail) -> Result<Layout, String> {
         let mut corners = cells.corners.clone();
-        let mut pieces: Vec<Piece> = cells.sides.iter().enumerate().map(|(side, s)| Piece { side, phi: s.phi, corners: s.corners, depth: 0 }).collect();
+        let mut pieces = Vec::with_capacity(cells.sides.len());
+        for (index, side) in cells.sides.iter().enumerate() {
+            let parts = if detail > Detail::Usual { parts_behind(side) } else { side.phi.to_vec() };
+            let mut start = side.corners[0];
+            for w in parts.windows(2) {
+                let end = if w[1] == side.phi[1] {
+                    side.corners[1]
+                } else {
+                    corners.push(side.frame.crease(w[1]));
+                    corners.len() - 1
+                };
+                pieces.push(Piece { side: index, phi: [w[0], w[1]], corners: [start, end], depth: 0 });
+                start = end;
+            }
+        }
         let mut straight = BTreeSet::new();
         loop {
-            let layout = Layout::of_pieces(star, cells, &corners, &pieces, &straight);
+            let layout = Layout::of_pieces(star, cells, &corners, &pieces, &straight, detail);
             let bad: Vec<usize> = (0..layout.sectors.len()).filter(|&k| !map::SectorMap::new(&layout, k).is_regular()).collect();
             if bad.is_empty() {
                 return Ok(layout);
@@ -154,7 +198,7 @@ impl Layout {
         }
     }
 
-    fn of_pieces(star: &Star, cells: &Cells, corners: &[DVec3], pieces: &[Piece], straight: &BTreeSet<(usize, usize)>) -> Layout {
+    fn of_pieces(star: &Star, cells: &Cells, corners: &[DVec3], pieces: &[Piece], straight: &BTreeSet<(usize, usize)>, detail: Detail) -> Layout {
         let creases: Vec<Crease> = pieces
             .iter()
             .map(|p| {
@@ -176,6 +220,7 @@ impl Layout {
             sectors: Vec::with_capacity(2 * pieces.len()),
             around: vec![Vec::new(); star.degree()],
             uniform: cells.uniform,
+            fine: detail > Detail::Usual,
         };
         let mut radial_of = std::collections::BTreeMap::new();
         for (k, crease) in layout.creases.iter().enumerate() {
@@ -202,7 +247,7 @@ impl Layout {
                 layout.sectors.push(Sector { crease: k, which, arm, radials, t });
             }
         }
-        layout.set_speeds(straight);
+        layout.set_speeds(straight, detail);
         layout.order(cells, pieces);
         layout
     }
@@ -210,14 +255,19 @@ impl Layout {
     /// The speed at each corner. As fast as an even descent would be, but slower where
     /// - the film's detail next to the crease is finer than that (`DETAIL`), but for the `straight` radials (arm, corner);
     /// - the crease between two corners would be crossed too fast for the room it has (`map::MOST_SPEED`).
-    fn set_speeds(&mut self, straight: &BTreeSet<(usize, usize)>) {
+    ///
+    /// In a fine layout the detail at a corner behind a strut's end plane is that of a sphere about the node, and columns from
+    /// far behind it are slow where they cross the plane.
+    fn set_speeds(&mut self, straight: &BTreeSet<(usize, usize)>, detail: Detail) {
         const STEPS: usize = 8;
         let mut slope = vec![0.0f64; self.radials.len()];
         for sector in &self.sectors {
             let crease = &self.creases[sector.crease];
             for end in 0..2 {
+                let radial = sector.radials[end];
+                let behind = if detail > Detail::Usual { self.radials[radial].h.min(0.0) } else { 0.0 };
                 let steep = crease.frame.height[sector.which] * crease.phi[end].sin();
-                slope[sector.radials[end]] = slope[sector.radials[end]].max(steep.abs());
+                slope[radial] = slope[radial].max(steep.abs()).max(steep.hypot(behind));
             }
         }
         for (radial, slope) in self.radials.iter_mut().zip(slope) {
@@ -244,6 +294,11 @@ impl Layout {
         for (radial, f) in self.radials.iter_mut().zip(factor) {
             radial.speed *= f;
             radial.bend = (2.0 * (radial.cut - radial.h - radial.speed)).min(MOST_BEND * radial.speed);
+            if self.fine
+                && let Some((speed, bend)) = through_end_plane(radial.cut, radial.h)
+            {
+                (radial.speed, radial.bend) = (speed, bend);
+            }
         }
     }
 
@@ -265,6 +320,41 @@ impl Layout {
             }
         }
     }
+}
+
+/// Azimuths that part a side where it lies 1, 3, 7, ... below its strut's end plane (heights over the distance from the axis), ends included.
+fn parts_behind(side: &crate::node::cells::Side) -> Vec<f64> {
+    let tallest = side.frame.height[0].abs().max(side.frame.height[1].abs());
+    let levels = (1..=MOST_SPLITS).map(|k| f64::from(1u32 << k) - 1.0).take_while(|&level| level < tallest);
+    let mut parts: Vec<f64> = levels.map(|level| (-level / tallest).acos()).flat_map(|phi| [-phi, phi]).collect();
+    // azimuths of a side may pass half a turn
+    parts.extend(parts.clone().into_iter().flat_map(|phi| [phi - 2.0 * PI, phi + 2.0 * PI]));
+    let [a, b] = side.phi;
+    parts.retain(|phi| a + LEAST_PART < *phi && *phi < b - LEAST_PART);
+    parts.sort_by(f64::total_cmp);
+    parts.dedup_by(|b, a| *b - *a < LEAST_PART);
+    parts.insert(0, a);
+    parts.push(b);
+    parts
+}
+
+/// Speed and bend at a corner at height `h` far behind the end plane, of the column η(q) = m (q - a) + K (q - a)³ that falls from
+/// the cut to the corner and has speed m = `END_SPEED` at height 0; none where that is no slower than what it must fall.
+fn through_end_plane(cut: f64, h: f64) -> Option<(f64, f64)> {
+    const M: f64 = END_SPEED;
+    if h > -0.5 * M {
+        return None;
+    }
+    let k = |a: f64| (-h - M * a) / a.powi(3);
+    // the height that a leaves at the rim falls with a
+    let (mut low, mut high) = (0.0, (-h / M).min(1.0));
+    for _ in 0..60 {
+        let a = 0.5 * (low + high);
+        if M * (1.0 - a) + k(a) * (1.0 - a).powi(3) > cut { low = a } else { high = a }
+    }
+    let a = 0.5 * (low + high);
+    let k = k(a);
+    (k > 0.0).then_some((M + 3.0 * k * a * a, -6.0 * k * a))
 }
 
 impl Crease {

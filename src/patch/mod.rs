@@ -12,6 +12,7 @@ pub mod skin;
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
 use crate::node::Film;
 use crate::patch::check::Quality;
+use crate::patch::layout::Layout;
 use glam::DVec3;
 
 /// All patches of one node, with the topology that the B-rep takes over.
@@ -77,6 +78,9 @@ pub struct Rim {
 /// random nodes of degree 4-40, the first serves 21, the second 5 more, the third all.
 const STIFFNESS: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 
+/// The same for fine layouts, where stiffness counts what the surface moves: the first whose skin passes the checks is taken.
+const FINE_STIFFNESS: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+
 /// A skin that passed the patch layer's checks.
 pub struct Fitted {
     pub skin: Skin,
@@ -108,20 +112,38 @@ impl Degree {
 
 /// Fit an exactly G1 skin of the given degree to a film. Errors say what failed, without the node's name.
 pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    let layout = layout::Layout::new(&film.star, &film.cells)?;
+    let layout = Layout::new(&film.star, &film.cells)?;
     let tables = degree.tables(layout.uniform);
     let problem = fit::Problem::new(tables, &layout, film)?;
     let mut reason = String::new();
     for stiffness in STIFFNESS {
         match skin::skin(tables, &layout, &problem.solve(stiffness)?) {
-            Ok(skin) => {
-                let quality = check::measure(&skin, film);
-                return check::accept(&quality).map(|()| Fitted { skin, quality });
-            }
+            Ok(skin) => return accepted(skin, film),
             Err(e) => reason = e,
         }
     }
     Err(reason)
+}
+
+/// As `fit`, on a fine layout: for nodes where `fit` fails.
+pub fn fit_fine(film: &Film, degree: &Degree) -> Result<Fitted, String> {
+    let layout = Layout::fine(&film.star, &film.cells)?;
+    let tables = degree.tables(layout.uniform);
+    let problem = fit::Problem::new(tables, &layout, film)?;
+    let mut reason = String::new();
+    for stiffness in FINE_STIFFNESS {
+        let fitted = problem.solve(stiffness).and_then(|fit| skin::skin(tables, &layout, &fit)).and_then(|skin| accepted(skin, film));
+        match fitted {
+            Ok(fitted) => return Ok(fitted),
+            Err(e) => reason = e,
+        }
+    }
+    Err(reason)
+}
+
+fn accepted(skin: Skin, film: &Film) -> Result<Fitted, String> {
+    let quality = check::measure(&skin, film);
+    check::accept(&quality).map(|()| Fitted { skin, quality })
 }
 
 /// The last rung before refusal: every sector keeps its strut's own cylinder up to the cell side (w = w2), so struts
@@ -133,7 +155,7 @@ pub fn sharp(film: &Film, degree: &Degree) -> Result<Fitted, String> {
         return Err("struts of unequal radius do not meet in the sides of their cells".into());
     }
     let tables = degree.tables(true);
-    let layout = layout::Layout::new(&film.star, &film.cells)?;
+    let layout = Layout::new(&film.star, &film.cells)?;
     let skin = skin::skin(tables, &layout, &fit::cylinders(tables, &layout))?;
     let quality = check::measure(&skin, film);
     check::accept_sharp(&quality).map(|()| Fitted { skin, quality })
