@@ -7,10 +7,11 @@
 //! - the foot of p on a cylinder or on the sphere, where no other part covers it;
 //! - the nearest point of a crease, the arc of an ellipse in which two cylinders meet, ends (where three meet) included.
 //!
-//! Sphere and cylinders touch along whole circles, without a crease. Not promised: points on an axis or at the node, which have no single foot.
+//! Sphere and cylinders touch along whole circles, without a crease. Not promised: points on an axis or at the node, which have no single foot
+//! (one is chosen, so the depth may be off).
 //! Struts of one radius, without taper: creases of others are no ellipses.
 
-use crate::node::star::{Star, angle};
+use crate::node::star::{Star, angle, perpendicular};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -75,7 +76,7 @@ impl Original {
             if height < 0.0 || gap >= least {
                 continue;
             }
-            let foot = height * c + off.normalize();
+            let foot = height * c + off.try_normalize().unwrap_or_else(|| perpendicular(c));
             // |foot|² = height² + 1, so it lies in the cylinder of another strut where that strut's height is larger
             if self.axes.iter().all(|other| foot.dot(*other) <= height + COVER) {
                 least = gap;

@@ -44,7 +44,7 @@ struct NodesArgs {
     #[arg(long, value_name = "N", default_value_t = 800_000)]
     samples: usize,
     /// Random nodes in each irregular set
-    #[arg(long, value_name = "N", default_value_t = 50)]
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     count: u64,
     /// Seed of the first random node; each next has the next number
     #[arg(long, value_name = "S", default_value_t = 1)]
