@@ -5,6 +5,7 @@
 use crate::node::{Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
+use crate::patch::layout::Layout;
 use crate::patch::{self, Degree, Fitted, Rim, Skin};
 
 /// Degree of the patches, and of those with more control points.
@@ -81,11 +82,12 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
 
 /// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer.
 fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
-    let usual = patch::fit(film, &degrees.usual);
+    let layout = Layout::new(&film.star, &film.cells)?;
+    let usual = patch::fit_on(&layout, film, &degrees.usual);
     if usual.as_ref().is_ok_and(|f| f.quality.deviation <= options.tolerance) {
         return usual;
     }
-    let more = patch::fit(film, &degrees.more);
+    let more = patch::fit_on(&layout, film, &degrees.more);
     match (usual, more) {
         (Ok(usual), Ok(more)) => Ok(if more.quality.deviation < usual.quality.deviation { more } else { usual }),
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),

@@ -10,7 +10,7 @@
 
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
-use crate::math::sparse::Symmetric;
+use crate::math::sparse::{Order, Symmetric};
 use crate::node::{Film, Sampler};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
@@ -49,16 +49,17 @@ pub struct Problem<'a> {
     creases: Vec<CreaseForms>,
     radials: Vec<RadialForms>,
     sectors: Vec<SectorProblem>,
-    samples: Samples,
+    samples: &'a Samples,
+    order: Order,
 }
 
 /// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
 /// of w less the strut's own gauge behind the `RIM_ROWS`, numbered `[is * (q + 1 - RIM_ROWS) + iv - RIM_ROWS]`.
 struct SectorProblem {
-    /// `forms[is * (q + 1) + iv]`, of (constant, border numbers, inner numbers).
-    forms: Vec<Form>,
     /// Global number of each border number.
     border: Vec<usize>,
+    /// The strut's own gauge, `[is * (q + 1) + iv]`.
+    own: Vec<f64>,
     /// w less the strut's own gauge, as forms of the patch's own numbers.
     deviation: SparseRows,
     /// Distance to the film and thin-plate energy: the quadratic part, and the linear part with its sign turned.
@@ -70,21 +71,20 @@ struct SectorProblem {
 
 impl<'a> Problem<'a> {
     /// Sample the film for all sectors of a node.
-    pub fn new(tables: &'a Tables, layout: &'a Layout, film: &Film) -> Result<Self, String> {
+    pub fn new(tables: &'a Tables, samples: &'a Samples, layout: &'a Layout, film: &Film) -> Result<Self, String> {
         let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
         let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
-        let samples = Samples::new(tables);
-        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples };
+        let order = order(tables, layout)?;
+        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples, order };
         let mut sampler = film.sampler();
         for (index, sector) in layout.sectors.iter().enumerate() {
             let map = SectorMap::new(layout, index);
             let mut border = problem.crease_numbers(sector.crease);
             border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
             let own = own_gauge(tables, &map);
-            let forms = sector_forms(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
-            let deviation = SparseRows::deviation(tables.q + 1, &forms, &own);
-            let Energy { energy, pull, area } = Energy::new(tables, &problem.samples, &map, &own, &mut sampler)?;
-            problem.sectors.push(SectorProblem { forms, border, deviation, energy, pull, area });
+            let deviation = deviation(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
+            let Energy { energy, pull, area } = Energy::new(tables, samples, &map, &own, &mut sampler)?;
+            problem.sectors.push(SectorProblem { border, own, deviation, energy, pull, area });
         }
         Ok(problem)
     }
@@ -112,7 +112,7 @@ impl<'a> Problem<'a> {
         let mut scratch = Scratch::default();
         for sector in &self.sectors {
             let (width, nb) = (sector.deviation.width, 1 + sector.border.len());
-            let normal = sector.normal(&self.samples, stiffness, &mut scratch);
+            let normal = sector.normal(self.samples, stiffness, &mut scratch);
             eliminate(normal, width, nb)?;
             for (a, &ga) in sector.border.iter().enumerate() {
                 let row = &normal[(a + 1) * width..(a + 1) * width + nb];
@@ -123,14 +123,14 @@ impl<'a> Problem<'a> {
             }
             inner.push(normal[nb * width..].to_vec());
         }
-        let x = matrix.solve(total, &rhs)?;
+        let x = matrix.solve(total, &rhs, Some(&self.order))?;
         let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
         let radial_numbers = |k: usize| -> Vec<usize> {
             let corner = self.layout.radials[k].corner;
             (JET * corner..JET * (corner + 1)).chain(self.radial_free(k)).collect()
         };
         Ok(Fit {
-            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(inner, &x)).collect(),
+            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(self.tables.q + 1, inner, &x)).collect(),
             creases: self.creases.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &self.crease_numbers(k))).collect()).collect(),
             radials: self.radials.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &radial_numbers(k))).collect()).collect(),
             corners: (0..self.layout.corners.len()).map(|k| x[(JET * k, 0)]).collect(),
@@ -139,16 +139,38 @@ impl<'a> Problem<'a> {
 }
 
 impl SectorProblem {
-    /// All coefficients, from the border numbers `x` and the eliminated rows of the inner numbers.
-    fn gauge(&self, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
+    /// All coefficients, n in each column, from the border numbers `x` and the eliminated rows of the inner numbers.
+    fn gauge(&self, n: usize, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
         for row in inner.chunks_exact(self.deviation.width) {
             let k = numbers.len();
             numbers.push(-row.iter().zip(&numbers).map(|(a, b)| a * b).sum::<f64>() / row[k]);
         }
-        self.forms.iter().map(|f| f.iter().zip(&numbers).map(|(a, b)| a * b).sum()).collect()
+        let mut w = self.own.clone();
+        let free = w.chunks_exact_mut(n).flat_map(|column| &mut column[RIM_ROWS..]);
+        for (w, entries) in free.zip(self.deviation.rows()) {
+            *w += entries.iter().map(|&(k, f)| f * numbers[k]).sum::<f64>();
+        }
+        w
     }
+}
+
+/// The order in which the numbers of corners, creases and radials are eliminated: those of a sector all meet.
+fn order(tables: &Tables, layout: &Layout) -> Result<Order, String> {
+    let (nc, nk, nr) = (layout.corners.len(), layout.creases.len(), layout.radials.len());
+    let sizes = [(nc, JET), (nk, tables.crease_free()), (nr, tables.radial_free())];
+    let mut end = 0;
+    let block = |size: usize| {
+        end += size;
+        end - size..end
+    };
+    let blocks: Vec<_> = sizes.into_iter().flat_map(|(count, size)| std::iter::repeat_n(size, count)).map(block).collect();
+    let cliques = layout.sectors.iter().map(|s| {
+        let ([a, b], [c, d]) = (layout.creases[s.crease].corners, s.radials);
+        [a, b, nc + s.crease, nc + nk + c, nc + nk + d]
+    });
+    Order::of_blocks(&blocks, cliques)
 }
 
 /// Eliminate the numbers from `nb` on, the last first, from a symmetric matrix given by its rows; only the lower triangle is
@@ -204,69 +226,50 @@ pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
     }
 }
 
-/// All coefficients of a sector as forms of (constant, start jet, end jet, crease, start radial, end radial, inner).
-fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> Vec<Form> {
+/// The control values of a sector behind the `RIM_ROWS`, less the strut's own, as forms of (constant, start jet, end jet, crease,
+/// start radial, end radial, inner).
+fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> SparseRows {
     let (p, q) = (tables.p, tables.q);
-    let which = layout.sectors[index].which;
+    let across = &crease.across[layout.sectors[index].which];
     let (jets, nk, nr) = (2 * JET, tables.crease_free(), tables.radial_free());
     let inner_at = 1 + jets + nk + 2 * nr;
-    let width = inner_at + tables.inner();
-    let from_crease = |f: &Form| {
-        let mut out = vec![0.0; width];
-        out[..f.len()].copy_from_slice(f);
-        out
-    };
-    let from_radial = |f: &Form, end: usize, factor: f64| {
-        let mut out = vec![0.0; width];
-        out[0] = factor * f[0];
-        for k in 0..JET {
-            out[1 + end * JET + k] = factor * f[1 + k];
-        }
-        for k in 0..nr {
-            out[1 + jets + nk + end * nr + k] = factor * f[1 + JET + k];
-        }
-        out
-    };
-    let less = |a: &Form, f: f64, b: &Form| -> Form { a.iter().zip(b).map(|(x, y)| x - f * y).collect() };
-    let mut forms = vec![Vec::new(); (p + 1) * (q + 1)];
-    let at = |is: usize, iv: usize| is * (q + 1) + iv;
-    // the columns next to the radials
-    for end in 0..2 {
+    let mut rows = SparseRows { width: inner_at + tables.inner(), starts: vec![0], entries: Vec::new() };
+    // the columns next to the radials: at the border, and the next
+    let columns = [0, 1].map(|end| {
         let scale = map.scale_of_ends()[end];
-        let across = radials[end].across(tables, map, end);
-        let (edge, next, sign) = if end == 0 { (0, 1, -1.0) } else { (p, p - 1, 1.0) };
-        for iv in 0..=q {
-            let border = from_radial(&radials[end].w[iv], end, scale);
-            forms[at(next, iv)] = less(&border, sign / p as f64, &from_radial(&across[iv], end, 1.0));
-            forms[at(edge, iv)] = border;
-        }
-    }
-    // the rows next to the crease; they meet the columns' twists by construction
+        let step = if end == 0 { 1.0 } else { -1.0 } / p as f64;
+        let border: Vec<Form> = radials[end].w.iter().map(|w| w.iter().map(|x| scale * x).collect()).collect();
+        let next = border.iter().zip(radials[end].across(map, end)).map(|(b, a)| b.iter().zip(a).map(|(x, y)| x + step * y).collect()).collect();
+        [border, next]
+    });
+    let place = |end: usize, k: usize| match k {
+        0 => 0,
+        _ if k <= JET => end * JET + k,
+        _ => jets + nk + end * nr + k - JET,
+    };
+    let mut inner = inner_at..;
     for is in 0..=p {
-        let border = from_crease(&crease.w[is]);
-        forms[at(is, q - 1)] = less(&border, 1.0 / q as f64, &from_crease(&crease.across[which][is]));
-        forms[at(is, q)] = border;
-    }
-    // the rim and the row next to it: the strut
-    for is in 0..=p {
-        for iv in 0..RIM_ROWS {
-            forms[at(is, iv)] = vec![0.0; width];
-            forms[at(is, iv)][0] = own[at(is, iv)];
+        for iv in RIM_ROWS..=q {
+            let own = own[is * (q + 1) + iv];
+            let less = |k: usize, x: f64| if k == 0 { x - own } else { x };
+            if iv == q {
+                rows.push(crease.w[is].iter().enumerate().map(|(k, &x)| (k, less(k, x))));
+            } else if iv == q - 1 {
+                // where columns are borders too, both give the same twist
+                rows.push(crease.w[is].iter().zip(&across[is]).enumerate().map(|(k, (x, y))| (k, less(k, x - y / q as f64))));
+            } else if is < 2 || is > p - 2 {
+                let (end, row) = if is < 2 { (0, is) } else { (1, p - is) };
+                rows.push(columns[end][row][iv].iter().enumerate().map(|(k, &x)| (place(end, k), less(k, x))));
+            } else {
+                rows.push([(0, -own), (inner.next().expect("no last number"), 1.0)].into_iter());
+            }
         }
     }
-    let mut k = inner_at;
-    for is in 2..=p - 2 {
-        for iv in 2..=q - 2 {
-            forms[at(is, iv)] = vec![0.0; width];
-            forms[at(is, iv)][k] = 1.0;
-            k += 1;
-        }
-    }
-    forms
+    rows
 }
 
 /// Sample parameters and tables at them, the same for every patch of a degree. Matrices are flat, row by row.
-struct Samples {
+pub struct Samples {
     along: Direction,
     across: Direction,
     /// Products of two basis values across, from `RIM_ROWS` on, `[(sample * rows + j) * rows + l]`.
@@ -306,7 +309,7 @@ impl Direction {
 }
 
 impl Samples {
-    fn new(tables: &Tables) -> Self {
+    pub fn new(tables: &Tables) -> Self {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let (along, across) = (Direction::new(&tables.interpolation), Direction::new(&tables.columns));
         let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
@@ -451,17 +454,10 @@ struct SparseRows {
 }
 
 impl SparseRows {
-    /// The control values behind the `RIM_ROWS`, less the strut's own.
-    fn deviation(n: usize, forms: &[Form], own: &[f64]) -> SparseRows {
-        let mut out = SparseRows { width: forms[0].len(), starts: vec![0], entries: Vec::new() };
-        for (column, own) in forms.chunks_exact(n).zip(own.chunks_exact(n)) {
-            for (form, own) in column.iter().zip(own).skip(RIM_ROWS) {
-                let less = |k: usize| if k == 0 { *own } else { 0.0 };
-                out.entries.extend(form.iter().enumerate().map(|(k, &x)| (k, x - less(k))).filter(|e| e.1 != 0.0));
-                out.starts.push(out.entries.len());
-            }
-        }
-        out
+    /// One more row: its entries that are not 0.
+    fn push(&mut self, entries: impl Iterator<Item = (usize, f64)>) {
+        self.entries.extend(entries.filter(|e| e.1 != 0.0));
+        self.starts.push(self.entries.len());
     }
 
     fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {

@@ -9,7 +9,7 @@
 //! (cells not uniform) the relation across has coefficients of degree 3 instead of 0 and 2, so patches have degree p + 3 in v,
 //! and w and χ along radials have degree p.
 
-use crate::math::bernstein::{Interpolation, basis, elevate};
+use crate::math::bernstein::{Interpolation, MOST_DEGREE, share};
 use crate::patch::layout::{Corner, Crease, Layout, Radial};
 use crate::patch::map::SectorMap;
 use glam::DVec3;
@@ -62,20 +62,6 @@ impl Tables {
     }
 }
 
-/// Coefficients of a polynomial form given by its value at parameters.
-fn coefficients(interpolation: &Interpolation, value: impl Fn(f64) -> Form) -> Vec<Form> {
-    let values: Vec<Form> = interpolation.nodes.iter().map(|&x| value(x)).collect();
-    let width = values[0].len();
-    let mut out = vec![vec![0.0; width]; values.len()];
-    for k in 0..width {
-        let column: Vec<f64> = values.iter().map(|v| v[k]).collect();
-        for (row, c) in out.iter_mut().zip(interpolation.coefficients(&column)) {
-            row[k] = c;
-        }
-    }
-    out
-}
-
 /// The jet of the gauge at a corner: linear functions of its 6 free numbers (value, 2 slopes, 3 second slopes).
 struct JetForms<'a>(&'a Corner);
 
@@ -110,29 +96,27 @@ fn axpy(into: &mut Form, f: f64, from: &[f64]) {
     into.iter_mut().zip(from).for_each(|(x, y)| *x += f * y);
 }
 
-/// Value of a polynomial of forms, and its derivative.
-fn at(coefficients: &[Form], x: f64) -> [Form; 2] {
-    let [b, d, _] = basis(coefficients.len() - 1, x);
-    [b, d].map(|weights| {
-        let mut out = vec![0.0; coefficients[0].len()];
-        coefficients.iter().zip(weights).for_each(|(c, w)| axpy(&mut out, w, c));
-        out
-    })
+/// Product of a polynomial and a polynomial of forms, both by their Bernstein coefficients.
+fn times(factor: &[f64], forms: &[Form]) -> Vec<Form> {
+    let (m, n) = (factor.len() - 1, forms.len() - 1);
+    let mut out = vec![vec![0.0; forms[0].len()]; m + n + 1];
+    for (i, &f) in factor.iter().enumerate() {
+        for (j, form) in forms.iter().enumerate() {
+            axpy(&mut out[i + j], share(m, i, n, j) * f, form);
+        }
+    }
+    out
 }
 
-/// The same forms at a higher degree.
-fn elevated(c: Vec<Form>, degree: usize) -> Vec<Form> {
-    let mut now = c;
-    while now.len() <= degree {
-        let width = now[0].len();
-        let mut out = vec![vec![0.0; width]; now.len() + 1];
-        for k in 0..width {
-            let column: Vec<f64> = now.iter().map(|row| row[k]).collect();
-            out.iter_mut().zip(elevate(&column)).for_each(|(row, x)| row[k] = x);
-        }
-        now = out;
-    }
-    now
+/// The same polynomial at a degree that is higher by so much.
+fn elevated(forms: &[Form], by: usize) -> Vec<Form> {
+    times(&[1.0; MOST_DEGREE][..=by], forms)
+}
+
+/// Derivative of a polynomial of forms.
+fn slope(forms: &[Form]) -> Vec<Form> {
+    let n = (forms.len() - 1) as f64;
+    forms.windows(2).map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| n * (b - a)).collect()).collect()
 }
 
 /// A crease: forms of (constant, jet at start, jet at end, free).
@@ -194,22 +178,19 @@ impl CreaseForms {
             delta[2 + k] = unit(p - 6 + k);
         }
         let bend = -0.5 * crease.sign * crease.frame.theta.sin();
+        // w_v = l (-½ σ sin θ (w - t w_t) ± δ)
+        let slope = slope(&w);
         let across = [1.0, -1.0].map(|side| {
-            let which = usize::from(side < 0.0);
-            let map = &maps[which];
-            coefficients(&tables.interpolation, |s| {
-                let t = if layout.uniform { map.t(s) } else { map.crease_t(s) };
-                let [value, by_s] = at(&w, s);
-                let [d, _] = at(&delta, s);
-                let mut form = vec![0.0; width];
-                let l = map.speed(s) * wide[which];
-                axpy(&mut form, l * bend, &value);
-                axpy(&mut form, -l * bend * t / dt, &by_s);
-                axpy(&mut form, l * side, &d);
-                form
-            })
+            let map = &maps[usize::from(side < 0.0)];
+            let t_over_dt = [0.0, 1.0].map(|s| if layout.uniform { map.t(s) } else { map.crease_t(s) } / dt);
+            let speed = [0.0, 1.0].map(|s| map.speed(s) * wide[usize::from(side < 0.0)]);
+            let mut sum = times(&t_over_dt, &slope);
+            for ((sum, w), delta) in sum.iter_mut().zip(&w).zip(&delta) {
+                sum.iter_mut().zip(w.iter().zip(delta)).for_each(|(x, (w, d))| *x = bend * (w - *x) + side * d);
+            }
+            times(&speed, &sum)
         });
-        CreaseForms { w: elevated(w, p), across }
+        CreaseForms { w: elevated(&w, 1), across }
     }
 }
 
@@ -217,8 +198,8 @@ impl CreaseForms {
 pub struct RadialForms {
     /// Coefficients of the gauge along the radial, degree q.
     pub w: Vec<Form>,
-    /// Coefficients of χ, its slope counter-clockwise about the axis at constant height.
-    chi: Vec<Form>,
+    /// The gauge W, W_v, and χ, its slope counter-clockwise about the axis at constant height: each at its own degree.
+    terms: [Vec<Form>; 3],
 }
 
 impl RadialForms {
@@ -263,21 +244,17 @@ impl RadialForms {
         for k in 0..d - 3 {
             chi[2 + k] = unit(1 + JET + e - 4 + k);
         }
-        RadialForms { w: elevated(w, tables.q), chi }
+        RadialForms { w: elevated(&w, tables.q - e), terms: [w.clone(), slope(&w), chi] }
     }
 
     /// Coefficients of ∂w/∂s of a sector at its start (end 0) or end (end 1), degree q.
-    pub fn across(&self, tables: &Tables, map: &SectorMap, end: usize) -> Vec<Form> {
-        coefficients(&tables.columns, |v| {
-            let [value, by_v] = at(&self.w, v);
-            let [chi, _] = at(&self.chi, v);
-            let [of_value, of_slope, of_chi] = map.across_radial(end, v);
-            let mut form = vec![0.0; value.len()];
-            axpy(&mut form, of_chi, &chi);
-            axpy(&mut form, of_slope, &by_v);
-            axpy(&mut form, of_value, &value);
-            form
-        })
+    pub fn across(&self, map: &SectorMap, end: usize) -> Vec<Form> {
+        let [mut sum, slope, turn] = std::array::from_fn(|k| times(&map.across_radial(end)[k], &self.terms[k]));
+        for (sum, (slope, turn)) in sum.iter_mut().zip(slope.iter().zip(&turn)) {
+            axpy(sum, 1.0, slope);
+            axpy(sum, 1.0, turn);
+        }
+        sum
     }
 }
 

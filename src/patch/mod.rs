@@ -11,6 +11,7 @@ pub mod skin;
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
 use crate::node::Film;
 use crate::patch::check::Quality;
+use crate::patch::layout::Layout;
 use glam::DVec3;
 
 /// All patches of one node, with the topology that the B-rep takes over.
@@ -85,34 +86,42 @@ pub struct Fitted {
 /// Tables for one degree along creases, made once per run.
 pub struct Degree {
     /// Cells that are uniform, and others.
-    uniform: forms::Tables,
-    turned: forms::Tables,
+    uniform: (forms::Tables, fit::Samples),
+    turned: (forms::Tables, fit::Samples),
 }
 
 impl Degree {
     /// `p`: degree along creases, at least 6.
     pub fn new(p: usize) -> Self {
-        Degree { uniform: forms::Tables::new(p), turned: forms::Tables::turned(p) }
+        let with_samples = |tables| {
+            let samples = fit::Samples::new(&tables);
+            (tables, samples)
+        };
+        Degree { uniform: with_samples(forms::Tables::new(p)), turned: with_samples(forms::Tables::turned(p)) }
     }
 
     /// The degree along creases.
     pub fn along(&self) -> usize {
-        self.uniform.p
+        self.uniform.0.p
     }
 
-    fn tables(&self, uniform: bool) -> &forms::Tables {
+    fn tables(&self, uniform: bool) -> &(forms::Tables, fit::Samples) {
         if uniform { &self.uniform } else { &self.turned }
     }
 }
 
 /// Fit an exactly G1 skin of the given degree to a film. Errors say what failed, without the node's name.
 pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    let layout = layout::Layout::new(&film.star, &film.cells)?;
-    let tables = degree.tables(layout.uniform);
-    let problem = fit::Problem::new(tables, &layout, film)?;
+    fit_on(&Layout::new(&film.star, &film.cells)?, film, degree)
+}
+
+/// The same on the film's layout, which all degrees share.
+pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, String> {
+    let (tables, samples) = degree.tables(layout.uniform);
+    let problem = fit::Problem::new(tables, samples, layout, film)?;
     let mut reason = String::new();
     for stiffness in STIFFNESS {
-        match skin::skin(tables, &layout, &problem.solve(stiffness)?) {
+        match skin::skin(tables, layout, &problem.solve(stiffness)?) {
             Ok(skin) => {
                 let quality = check::measure(&skin, film);
                 return check::accept(&quality).map(|()| Fitted { skin, quality });
@@ -131,8 +140,8 @@ pub fn sharp(film: &Film, degree: &Degree) -> Result<Fitted, String> {
     if !film.cells.uniform || film.star.tapers.iter().any(|&k| k != 0.0) {
         return Err("struts of unequal radius do not meet in the sides of their cells".into());
     }
-    let tables = degree.tables(true);
-    let layout = layout::Layout::new(&film.star, &film.cells)?;
+    let (tables, _) = degree.tables(true);
+    let layout = Layout::new(&film.star, &film.cells)?;
     let skin = skin::skin(tables, &layout, &fit::cylinders(tables, &layout))?;
     let quality = check::measure(&skin, film);
     check::accept_sharp(&quality).map(|()| Fitted { skin, quality })
