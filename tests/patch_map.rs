@@ -170,6 +170,24 @@ fn exact_nodes() -> Vec<(&'static str, Layout)> {
     layouts
 }
 
+/// The map is the polynomial through as many nodes as its degrees say.
+#[test]
+fn the_map_has_the_degrees_it_is_taken_for() {
+    for (name, layout) in exact_nodes() {
+        let tables = if layout.uniform { Tables::new(6) } else { Tables::turned(6) };
+        let [along, across] = &tables.map;
+        let at = |c: Vec<DVec3>, x: f64| c.iter().zip(basis(c.len() - 1, x)[0]).map(|(&c, b)| b * c).sum::<DVec3>();
+        for k in 0..layout.sectors.len() {
+            let map = SectorMap::new(&layout, k);
+            for (s, v) in [(0.1, 0.9), (0.37, 0.53), (0.8, 0.2)] {
+                let column = |s: f64| at(across.coefficients(&across.nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>()), v);
+                let y = at(along.coefficients(&along.nodes.iter().map(|&s| column(s)).collect::<Vec<_>>()), s);
+                assert!(y.distance(map.y(s, v)) < 1e-11 * y.length(), "{name}: sector {k} at ({s}, {v})");
+            }
+        }
+    }
+}
+
 /// A plane's gauge is linear, C1 everywhere: with its jets at the corners and its own coefficients in between, the crease
 /// forms must give back its derivative across the crease on both sides.
 #[test]

@@ -68,6 +68,18 @@ impl Interpolation {
         Interpolation { nodes, inverse: inv }
     }
 
+    /// The same polynomials, their coefficients of a higher degree.
+    pub fn raised(self, degree: usize) -> Self {
+        let n = self.nodes.len() - 1;
+        let row = |i: usize| {
+            let weight = |k: usize| {
+                (0..=n).filter(|j| (i + n).saturating_sub(degree) <= *j && *j <= i).map(|j| share(degree - n, i - j, n, j) * self.inverse[j][k]).sum::<f64>()
+            };
+            (0..=n).map(weight).collect()
+        };
+        Interpolation { inverse: (0..=degree).map(row).collect(), nodes: self.nodes.clone() }
+    }
+
     /// Coefficients of the polynomial with these values at the nodes.
     pub fn coefficients<T>(&self, values: &[T]) -> Vec<T>
     where

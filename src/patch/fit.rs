@@ -286,23 +286,24 @@ struct Direction {
     rule: Vec<(f64, f64)>,
     /// Basis values, `[sample * n + i]`.
     basis: Vec<f64>,
-    /// Value and slope at each sample of the polynomial that is 1 at one interpolation node, `[sample * n + node]`.
+    /// Value and slope at each sample of the polynomial that is 1 at one node of the direction map, `[sample * nodes + node]`.
     lagrange: [Vec<f64>; 2],
     /// Gram matrices of the basis, its first and its second derivatives.
     gram: [Vec<f64>; 3],
 }
 
 impl Direction {
-    fn new(interpolation: &Interpolation) -> Self {
-        let n = interpolation.nodes.len();
+    /// Of degree n - 1.
+    fn new(n: usize, map: &Interpolation) -> Self {
         let rule = gauss::rule(n + 2);
         let all: Vec<_> = rule.iter().map(|&(x, _)| basis(n - 1, x)).collect();
         let gram = [0, 1, 2].map(|order| {
             let entry = |i: usize, j: usize| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum::<f64>();
             square(n, entry)
         });
-        // column k of the inverse collocation matrix: coefficients of the polynomial that is 1 at node k
-        let units: Vec<Vec<f64>> = (0..n).map(|k| interpolation.coefficients(&(0..n).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
+        // coefficients of the polynomial that is 1 at node k
+        let nodes = map.nodes.len();
+        let units: Vec<Vec<f64>> = (0..nodes).map(|k| map.coefficients(&(0..nodes).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
         let lagrange = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
         Direction { rule, basis: all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect(), lagrange, gram }
     }
@@ -311,7 +312,7 @@ impl Direction {
 impl Samples {
     pub fn new(tables: &Tables) -> Self {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
-        let (along, across) = (Direction::new(&tables.interpolation), Direction::new(&tables.columns));
+        let (along, across) = (Direction::new(np, &tables.map[0]), Direction::new(n, &tables.map[1]));
         let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
         let products = across.basis.chunks_exact(n).flat_map(|b| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
         let mut bends = vec![0.0; (np * rows).pow(2)];
@@ -330,15 +331,16 @@ impl Samples {
         Samples { along, across, products, gram_rows, bends }
     }
 
-    /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at the interpolation
-    /// nodes, since it is a polynomial of at most the patch's degrees. The map is regular, so the sign of its volume is known.
+    /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at as many nodes as fix
+    /// the polynomial that it is. The map is regular, so the sign of its volume is known.
     fn directions(&self, tables: &Tables, map: &SectorMap) -> Vec<(DVec3, f64)> {
-        let (np, n, m) = (tables.p + 1, tables.q + 1, self.along.rule.len());
+        let [s_nodes, v_nodes] = [0, 1].map(|k| &tables.map[k].nodes);
+        let (np, n, m) = (s_nodes.len(), v_nodes.len(), self.along.rule.len());
         let [value, slope] = &self.along.lagrange;
         // along s first: `[sample * n + node of v]`, Y and its derivative by s
         let mut along = vec![[DVec3::ZERO; 2]; m * n];
-        for (k, &s) in tables.interpolation.nodes.iter().enumerate() {
-            for (l, &v) in tables.columns.nodes.iter().enumerate() {
+        for (k, &s) in s_nodes.iter().enumerate() {
+            for (l, &v) in v_nodes.iter().enumerate() {
                 let y = map.y(s, v);
                 for a in 0..m {
                     let [at, by_s] = &mut along[a * n + l];
@@ -391,9 +393,11 @@ impl Energy {
         let mut weights = vec![0.0; samples.along.rule.len() * m];
         let mut pull = vec![0.0; size];
         let mut own_at_s = vec![0.0; n];
+        let mut pull_at_s = vec![0.0; rows];
         for (a, &(_, ws)) in samples.along.rule.iter().enumerate() {
             let along = &samples.along.basis[a * np..(a + 1) * np];
             own_at_s.fill(0.0);
+            pull_at_s.fill(0.0);
             along.iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
             for step in 0..m {
                 let b = if a % 2 == 0 { step } else { m - 1 - step };
@@ -406,12 +410,9 @@ impl Energy {
                 let area = solid_angle * rho * rho / facing;
                 let weight = (rho * rho / length * facing).powi(2) * ws * samples.across.rule[b].1 * area;
                 weights[a * m + b] = weight;
-                let across = &all[RIM_ROWS..];
-                let miss = weight * (length / rho - own);
-                for (i, f) in along.iter().enumerate() {
-                    axpy(&mut pull[i * rows..(i + 1) * rows], miss * f, across);
-                }
+                axpy(&mut pull_at_s, weight * (length / rho - own), &all[RIM_ROWS..]);
             }
+            along.iter().zip(pull.chunks_exact_mut(rows)).for_each(|(f, column)| axpy(column, *f, &pull_at_s));
         }
         // energies of what w is beyond the strut's own gauge, in cylinder coordinates of the strut
         let (dphi, deta, w2) = map.extent();

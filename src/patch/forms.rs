@@ -11,7 +11,7 @@
 
 use crate::math::bernstein::{Interpolation, MOST_DEGREE, share};
 use crate::patch::layout::{Corner, Crease, Layout, Radial};
-use crate::patch::map::SectorMap;
+use crate::patch::map::{self, SectorMap};
 use glam::DVec3;
 
 /// Free numbers of a corner.
@@ -32,18 +32,22 @@ pub struct Tables {
     pub interpolation: Interpolation,
     /// Of degree q.
     pub columns: Interpolation,
+    /// Of the direction map's degrees in s and v, with coefficients of degrees p and q.
+    pub map: [Interpolation; 2],
 }
 
 impl Tables {
     pub fn new(p: usize) -> Self {
         assert!(p >= 6, "patch degree {p}: corners with full 2-jets need degree 6");
-        Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p) }
+        let map = [(map::DEGREE, p), (map::COLUMN_DEGREE, p)].map(|(degree, to)| Interpolation::new(degree).raised(to));
+        Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p), map }
     }
 
     /// For cells that are not uniform.
     pub fn turned(p: usize) -> Self {
         let q = p + 3;
-        Tables { q, along: p, turn: p, columns: Interpolation::new(q), ..Tables::new(p) }
+        let map = [(map::DEGREE, p), (map::TURNED_COLUMN_DEGREE, q)].map(|(degree, to)| Interpolation::new(degree).raised(to));
+        Tables { q, along: p, turn: p, columns: Interpolation::new(q), map, ..Tables::new(p) }
     }
 
     /// Free numbers of a crease: of w, then of δ.

@@ -31,6 +31,11 @@ pub const MOST_SPEED: f64 = 1.35;
 /// The map must keep at least this part of its mean descent everywhere.
 const LEAST_DESCENT: f64 = 0.1;
 
+/// Degree of Y in s, and in v: where columns keep their azimuth, and where they turn.
+pub const DEGREE: usize = 3;
+pub const COLUMN_DEGREE: usize = 4;
+pub const TURNED_COLUMN_DEGREE: usize = 6;
+
 /// The direction map of one sector.
 pub struct SectorMap<'a> {
     crease: &'a Crease,
