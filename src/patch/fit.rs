@@ -11,6 +11,7 @@
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
 use crate::math::sparse::{Order, Symmetric};
+use crate::math::{Loops, axpy, padded, vectorised};
 use crate::node::{Film, Sampler};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
@@ -112,16 +113,16 @@ impl<'a> Problem<'a> {
         let mut scratch = Scratch::default();
         for sector in &self.sectors {
             let (width, nb) = (sector.deviation.width, 1 + sector.border.len());
-            let normal = sector.normal(self.samples, stiffness, &mut scratch);
-            eliminate(normal, width, nb)?;
+            let line = padded(width);
+            let normal = vectorised(Reduction { sector, samples: self.samples, stiffness, scratch: &mut scratch })?;
             for (a, &ga) in sector.border.iter().enumerate() {
-                let row = &normal[(a + 1) * width..(a + 1) * width + nb];
+                let row = &normal[(a + 1) * line..(a + 1) * line + nb];
                 rhs[(ga, 0)] -= row[0];
                 for (&gb, &value) in sector.border[..=a].iter().zip(&row[1..]) {
                     matrix.add(ga.max(gb), ga.min(gb), value);
                 }
             }
-            inner.push(normal[nb * width..].to_vec());
+            inner.push(normal[nb * line..].to_vec());
         }
         let x = matrix.solve(total, &rhs, Some(&self.order))?;
         let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
@@ -143,7 +144,7 @@ impl SectorProblem {
     fn gauge(&self, n: usize, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
-        for row in inner.chunks_exact(self.deviation.width) {
+        for row in inner.chunks_exact(padded(self.deviation.width)) {
             let k = numbers.len();
             numbers.push(-row.iter().zip(&numbers).map(|(a, b)| a * b).sum::<f64>() / row[k]);
         }
@@ -173,17 +174,38 @@ fn order(tables: &Tables, layout: &Layout) -> Result<Order, String> {
     Order::of_blocks(&blocks, cliques)
 }
 
-/// Eliminate the numbers from `nb` on, the last first, from a symmetric matrix given by its rows; only the lower triangle is
-/// read and kept up. Row k then gives number k by those before it.
+/// A sector's equations, its inner numbers eliminated.
+struct Reduction<'a> {
+    sector: &'a SectorProblem,
+    samples: &'a Samples,
+    stiffness: f64,
+    scratch: &'a mut Scratch,
+}
+
+impl<'a> Loops for Reduction<'a> {
+    type Output = Result<&'a mut [f64], String>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let normal = self.sector.normal(self.samples, self.stiffness, self.scratch);
+        eliminate(normal, self.sector.deviation.width, 1 + self.sector.border.len())?;
+        Ok(normal)
+    }
+}
+
+/// Eliminate the numbers from `nb` on, the last first, from a symmetric matrix given by its rows, padded; only the lower triangle
+/// is read and kept up. Row k then gives number k by those before it.
+#[inline(always)]
 fn eliminate(normal: &mut [f64], width: usize, nb: usize) -> Result<(), String> {
+    let line = padded(width);
     for k in (nb..width).rev() {
-        let (above, row) = normal.split_at_mut(k * width);
+        let (above, row) = normal.split_at_mut(k * line);
         let pivot = row[k];
         if !(pivot > 0.0) {
             return Err(format!("a patch's own equations are singular (pivot {pivot:e})"));
         }
         for i in 0..k {
-            axpy(&mut above[i * width..=i * width + i], -row[i] / pivot, row);
+            axpy(&mut above[i * line..i * line + padded(i + 1)], -row[i] / pivot, row);
         }
     }
     Ok(())
@@ -238,8 +260,8 @@ fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, ow
     let columns = [0, 1].map(|end| {
         let scale = map.scale_of_ends()[end];
         let step = if end == 0 { 1.0 } else { -1.0 } / p as f64;
-        let border: Vec<Form> = radials[end].w.iter().map(|w| w.iter().map(|x| scale * x).collect()).collect();
-        let next = border.iter().zip(radials[end].across(map, end)).map(|(b, a)| b.iter().zip(a).map(|(x, y)| x + step * y).collect()).collect();
+        let border: Vec<Form> = radials[end].w.iter().map(|w| w.map(|x| scale * x)).collect();
+        let next: Vec<Form> = border.iter().zip(radials[end].across(map, end)).map(|(b, a)| std::array::from_fn(|k| b[k] + step * a[k])).collect();
         [border, next]
     });
     let place = |end: usize, k: usize| match k {
@@ -272,11 +294,11 @@ fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, ow
 pub struct Samples {
     along: Direction,
     across: Direction,
-    /// Products of two basis values across, from `RIM_ROWS` on, `[(sample * rows + j) * rows + l]`.
+    /// Products of two basis values across, from `RIM_ROWS` on, `[j * rows + l]` and padded for each sample.
     products: Vec<f64>,
-    /// What remains of the Gram matrices across from `RIM_ROWS` on.
+    /// What remains of the Gram matrices across from `RIM_ROWS` on, padded.
     gram_rows: [Vec<f64>; 3],
-    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`.
+    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`: rows padded.
     bends: Vec<f64>,
 }
 
@@ -313,9 +335,15 @@ impl Samples {
     pub fn new(tables: &Tables) -> Self {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let (along, across) = (Direction::new(np, &tables.map[0]), Direction::new(n, &tables.map[1]));
-        let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
-        let products = across.basis.chunks_exact(n).flat_map(|b| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
-        let mut bends = vec![0.0; (np * rows).pow(2)];
+        let flat = |entry: &dyn Fn(usize, usize) -> f64| {
+            let mut out = square(rows, entry);
+            out.resize(padded(rows * rows), 0.0);
+            out
+        };
+        let gram_rows = [0, 1, 2].map(|order| flat(&|j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
+        let products = across.basis.chunks_exact(n).flat_map(|b| flat(&|j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
+        let line = padded(np * rows);
+        let mut bends = vec![0.0; np * rows * line];
         let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
         let triples = (0..np * n).flat_map(|k| [(k / n + 2 < np).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
         for triple in triples {
@@ -323,7 +351,7 @@ impl Samples {
             for (a, f) in triple.into_iter().zip(weights) {
                 for (b, g) in triple.into_iter().zip(weights) {
                     if let (Some(a), Some(b)) = (slot(a), slot(b)) {
-                        bends[a * np * rows + b] += f * g;
+                        bends[a * line + b] += f * g;
                     }
                 }
             }
@@ -366,14 +394,54 @@ impl Samples {
     }
 }
 
+/// The sum of w² at the samples by `weights`, and of the Gram matrices of the thin plate by `plate`: both are products of a
+/// matrix in s and one in v, block by block over pairs of s. Weights are padded for each sample along s, rows of the result too.
+struct Quadratic<'a> {
+    samples: &'a Samples,
+    weights: &'a [f64],
+    plate: [f64; 3],
+    np: usize,
+    rows: usize,
+}
+
+impl Loops for Quadratic<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<f64> {
+        let Quadratic { samples, weights, plate, np, rows } = self;
+        let (size, m) = (padded(np * rows), padded(samples.across.rule.len()));
+        let mut energy = vec![0.0; np * rows * size];
+        let mut block = vec![0.0; padded(rows * rows)];
+        let mut line = vec![0.0; m];
+        for i in 0..np {
+            for k in 0..=i {
+                line.fill(0.0);
+                for (along, weights) in samples.along.basis.chunks_exact(np).zip(weights.chunks_exact(m)) {
+                    axpy(&mut line, along[i] * along[k], weights);
+                }
+                block.fill(0.0);
+                for (f, products) in line.iter().zip(samples.products.chunks_exact(padded(rows * rows))) {
+                    axpy(&mut block, *f, products);
+                }
+                for (order, f) in plate.into_iter().enumerate() {
+                    axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
+                }
+                for (j, line) in block[..rows * rows].chunks_exact(rows).enumerate() {
+                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
+                    for (l, &x) in line.iter().enumerate() {
+                        (energy[at + l], energy[mirrored + l]) = (x, x);
+                    }
+                }
+            }
+        }
+        energy
+    }
+}
+
 /// A square matrix, row by row.
 fn square(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     (0..n * n).map(|k| entry(k / n, k % n)).collect()
-}
-
-/// y += f x
-fn axpy(y: &mut [f64], f: f64, x: &[f64]) {
-    y.iter_mut().zip(x).for_each(|(y, x)| *y += f * x);
 }
 
 /// What one sector's fit has to keep small (see `SectorProblem`).
@@ -388,9 +456,10 @@ impl Energy {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let m = samples.across.rule.len();
         let size = np * rows;
+        let line = padded(m);
         // squared distance to the film: weight and target at each sample
         let directions = samples.directions(tables, map);
-        let mut weights = vec![0.0; samples.along.rule.len() * m];
+        let mut weights = vec![0.0; samples.along.rule.len() * line];
         let mut pull = vec![0.0; size];
         let mut own_at_s = vec![0.0; n];
         let mut pull_at_s = vec![0.0; rows];
@@ -409,7 +478,7 @@ impl Energy {
                 let facing = hit.normal.dot(y / length).max(LEAST_FACING);
                 let area = solid_angle * rho * rho / facing;
                 let weight = (rho * rho / length * facing).powi(2) * ws * samples.across.rule[b].1 * area;
-                weights[a * m + b] = weight;
+                weights[a * line + b] = weight;
                 axpy(&mut pull_at_s, weight * (length / rho - own), &all[RIM_ROWS..]);
             }
             along.iter().zip(pull.chunks_exact_mut(rows)).for_each(|(f, column)| axpy(column, *f, &pull_at_s));
@@ -419,30 +488,7 @@ impl Energy {
         let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
         let area = dphi * deta / (w2 * w2);
         let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * area * f);
-        // both are products of a matrix in s and one in v: block by block over pairs of s
-        let mut energy = vec![0.0; size * size];
-        let mut block = vec![0.0; rows * rows];
-        let mut line = vec![0.0; m];
-        for i in 0..np {
-            for k in 0..=i {
-                line.fill(0.0);
-                for (along, weights) in samples.along.basis.chunks_exact(np).zip(weights.chunks_exact(m)) {
-                    axpy(&mut line, along[i] * along[k], weights);
-                }
-                block.fill(0.0);
-                for (f, products) in line.iter().zip(samples.products.chunks_exact(rows * rows)) {
-                    axpy(&mut block, *f, products);
-                }
-                for (order, f) in plate.into_iter().enumerate() {
-                    axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
-                }
-                for (j, line) in block.chunks_exact(rows).enumerate() {
-                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
-                    energy[at..at + rows].copy_from_slice(line);
-                    energy[mirrored..mirrored + rows].copy_from_slice(line);
-                }
-            }
-        }
+        let energy = vectorised(Quadratic { samples, weights: &weights, plate, np, rows });
         Ok(Energy { energy, pull, area })
     }
 }
@@ -467,10 +513,11 @@ impl SparseRows {
 }
 
 impl SectorProblem {
-    /// N, row by row: Dᵀ Q D for the deviation D, less the pull in the column of the constant. The row of the constant lacks
+    /// N, row by row, padded: Dᵀ Q D for the deviation D, less the pull in the column of the constant. The row of the constant lacks
     /// its pull: no one asks for it.
+    #[inline(always)]
     fn normal<'a>(&self, samples: &Samples, stiffness: f64, scratch: &'a mut Scratch) -> &'a mut [f64] {
-        let (width, size) = (self.deviation.width, self.pull.len());
+        let (width, size) = (padded(self.deviation.width), padded(self.pull.len()));
         let Scratch { quadratic, turned, row, normal } = scratch;
         quadratic.clone_from(&self.energy);
         axpy(quadratic, stiffness * self.area, &samples.bends);
@@ -481,13 +528,13 @@ impl SectorProblem {
                 axpy(&mut turned[c * size..(c + 1) * size], f, line);
             }
         }
-        refill(normal, width * width);
+        refill(normal, self.deviation.width * width);
         refill(row, width);
         for (r, entries) in self.deviation.rows().enumerate() {
             row.iter_mut().zip(turned.iter().skip(r).step_by(size)).for_each(|(x, t)| *x = *t);
             row[0] -= self.pull[r];
             for &(c, f) in entries {
-                axpy(&mut normal[c * width..=c * width + c], f, row);
+                axpy(&mut normal[c * width..c * width + padded(c + 1)], f, row);
             }
         }
         normal

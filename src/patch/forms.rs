@@ -9,6 +9,7 @@
 //! (cells not uniform) the relation across has coefficients of degree 3 instead of 0 and 2, so patches have degree p + 3 in v,
 //! and w and χ along radials have degree p.
 
+use crate::math::axpy;
 use crate::math::bernstein::{Interpolation, MOST_DEGREE, share};
 use crate::patch::layout::{Corner, Crease, Layout, Radial};
 use crate::patch::map::{self, SectorMap};
@@ -17,8 +18,11 @@ use glam::DVec3;
 /// Free numbers of a corner.
 pub const JET: usize = 6;
 
-/// A linear function of a few numbers; entry 0 is the constant.
-pub type Form = Vec<f64>;
+/// A linear function of a few numbers; entry 0 is the constant, and zeros follow the last.
+pub type Form = [f64; MOST_NUMBERS];
+
+/// Room for the numbers of a crease up to degree 10.
+const MOST_NUMBERS: usize = 24;
 
 /// Tables that depend on the degree alone.
 #[derive(Clone, Debug)]
@@ -38,7 +42,7 @@ pub struct Tables {
 
 impl Tables {
     pub fn new(p: usize) -> Self {
-        assert!(p >= 6, "patch degree {p}: corners with full 2-jets need degree 6");
+        assert!((6..=10).contains(&p), "patch degree {p}: corners with full 2-jets need degree 6, forms have room up to degree 10");
         let map = [(map::DEGREE, p), (map::COLUMN_DEGREE, p)].map(|(degree, to)| Interpolation::new(degree).raised(to));
         Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p), map }
     }
@@ -96,14 +100,10 @@ fn scale(f: f64, a: [f64; JET]) -> [f64; JET] {
     a.map(|x| f * x)
 }
 
-fn axpy(into: &mut Form, f: f64, from: &[f64]) {
-    into.iter_mut().zip(from).for_each(|(x, y)| *x += f * y);
-}
-
 /// Product of a polynomial and a polynomial of forms, both by their Bernstein coefficients.
 fn times(factor: &[f64], forms: &[Form]) -> Vec<Form> {
     let (m, n) = (factor.len() - 1, forms.len() - 1);
-    let mut out = vec![vec![0.0; forms[0].len()]; m + n + 1];
+    let mut out = vec![[0.0; MOST_NUMBERS]; m + n + 1];
     for (i, &f) in factor.iter().enumerate() {
         for (j, form) in forms.iter().enumerate() {
             axpy(&mut out[i + j], share(m, i, n, j) * f, form);
@@ -120,7 +120,7 @@ fn elevated(forms: &[Form], by: usize) -> Vec<Form> {
 /// Derivative of a polynomial of forms.
 fn slope(forms: &[Form]) -> Vec<Form> {
     let n = (forms.len() - 1) as f64;
-    forms.windows(2).map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| n * (b - a)).collect()).collect()
+    forms.windows(2).map(|w| std::array::from_fn(|k| n * (w[1][k] - w[0][k]))).collect()
 }
 
 /// A crease: forms of (constant, jet at start, jet at end, free).
@@ -137,20 +137,19 @@ impl CreaseForms {
         let crease: &Crease = &layout.creases[index];
         let maps = [0, 1].map(|which| SectorMap::new(layout, 2 * index + which));
         let dt = maps[0].dt();
-        let width = 1 + 2 * JET + tables.crease_free();
         let place = |end: usize, jet: [f64; JET]| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[1 + end * JET..1 + (end + 1) * JET].copy_from_slice(&jet);
             form
         };
         let unit = |k: usize| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[1 + 2 * JET + k] = 1.0;
             form
         };
         let e = p - 1; // degree of w and δ
-        let mut w = vec![Vec::new(); e + 1];
-        let mut delta = vec![Vec::new(); e + 1];
+        let mut w = vec![[0.0; MOST_NUMBERS]; e + 1];
+        let mut delta = vec![[0.0; MOST_NUMBERS]; e + 1];
         let n = e as f64;
         // M sin θ = a_0 c_0 + a_1 c_1, with a_0 = λ_1, a_1 = λ_0, and λ_0 λ_1 = 1
         let wide = crease.frame.wide;
@@ -210,14 +209,13 @@ impl RadialForms {
     pub fn new(tables: &Tables, layout: &Layout, index: usize) -> Self {
         let radial: &Radial = &layout.radials[index];
         let jet = JetForms(&layout.corners[radial.corner]);
-        let width = 1 + JET + tables.radial_free();
         let place = |jet: [f64; JET]| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[1..1 + JET].copy_from_slice(&jet);
             form
         };
         let unit = |k: usize| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[k] = 1.0;
             form
         };
@@ -228,7 +226,7 @@ impl RadialForms {
         let reach = radial.scale; // the corner's k over the point at distance 1
         let (g0, g1) = (scale(1.0 / reach, jet.value()), scale(-l, jet.slope(c)));
         let g2 = add(scale(l * l * reach, jet.second(c, c)), radial.bend, jet.slope(c));
-        let mut w = vec![Vec::new(); e + 1];
+        let mut w = vec![[0.0; MOST_NUMBERS]; e + 1];
         // at the rim the strut itself, to first order
         let [height, by_q, _] = radial.height(1.0);
         let own = radial.own(height);
@@ -242,7 +240,7 @@ impl RadialForms {
         }
         let (x0, x1) = (jet.slope(turn), scale(-l * reach, jet.second(turn, c)));
         let d = tables.turn;
-        let mut chi = vec![vec![0.0; width]; d + 1];
+        let mut chi = vec![[0.0; MOST_NUMBERS]; d + 1];
         chi[d] = place(x0);
         chi[d - 1] = place(add(x0, -1.0 / d as f64, x1));
         for k in 0..d - 3 {
@@ -253,7 +251,8 @@ impl RadialForms {
 
     /// Coefficients of ∂w/∂s of a sector at its start (end 0) or end (end 1), degree q.
     pub fn across(&self, map: &SectorMap, end: usize) -> Vec<Form> {
-        let [mut sum, slope, turn] = std::array::from_fn(|k| times(&map.across_radial(end)[k], &self.terms[k]));
+        let factors = map.across_radial(end);
+        let [mut sum, slope, turn] = std::array::from_fn(|k| times(&factors[k], &self.terms[k]));
         for (sum, (slope, turn)) in sum.iter_mut().zip(slope.iter().zip(&turn)) {
             axpy(sum, 1.0, slope);
             axpy(sum, 1.0, turn);
@@ -263,5 +262,5 @@ impl RadialForms {
 }
 
 fn scaled(f: f64, form: Form) -> Form {
-    form.into_iter().map(|x| f * x).collect()
+    form.map(|x| f * x)
 }
