@@ -5,6 +5,7 @@
 use crate::node::{Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
+use crate::patch::layout::Layout;
 use crate::patch::{self, Degree, Fitted, Rim, Skin};
 
 /// Degree of the patches, and of those with more control points.
@@ -82,16 +83,17 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
 /// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer, on a fine layout where
 /// the usual one serves neither degree.
 fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
-    by_degree(patch::fit, film, options, degrees).or_else(|e| by_degree(patch::fit_fine, film, options, degrees).map_err(|fine| both(e, fine)))
+    let on = |layout: Result<Layout, String>| by_degree(&layout?, film, options, degrees);
+    on(Layout::new(&film.star, &film.cells)).or_else(|e| on(Layout::fine(&film.star, &film.cells)).map_err(|fine| both(e, fine)))
 }
 
-/// One way of fitting at both degrees, the second only where the first fails or misses the tolerance.
-fn by_degree(fit: impl Fn(&Film, &Degree) -> Result<Fitted, String>, film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
-    let usual = fit(film, &degrees.usual);
+/// Fit on one layout at both degrees, the second only where the first fails or misses the tolerance.
+fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
+    let usual = patch::fit_on(layout, film, &degrees.usual);
     if usual.as_ref().is_ok_and(|f| f.quality.deviation <= options.tolerance) {
         return usual;
     }
-    let more = fit(film, &degrees.more);
+    let more = patch::fit_on(layout, film, &degrees.more);
     match (usual, more) {
         (Ok(usual), Ok(more)) => Ok(if more.quality.deviation < usual.quality.deviation { more } else { usual }),
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),

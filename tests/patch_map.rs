@@ -127,7 +127,8 @@ fn the_map_is_sheared_along_radials_as_promised() {
         let map = SectorMap::new(layout, k);
         for end in 0..2 {
             let s = end as f64;
-            let c = |v: f64| map.across_radial(end, v)[1] / (2.0 * map.dt());
+            let [_, shear, _] = map.across_radial(end);
+            let c = |v: f64| basis(2, v)[0].iter().zip(&shear).map(|(b, c)| b * c).sum::<f64>() / (2.0 * map.dt());
             assert_eq!(c(0.0), 0.0);
             let third = c(1.0) - 3.0 * c(2.0 / 3.0) + 3.0 * c(1.0 / 3.0);
             assert!(third.abs() < 1e-12 * (1.0 + c(0.5).abs() + c(1.0).abs()), "{name}: the shear is not quadratic");
@@ -167,6 +168,24 @@ fn exact_nodes() -> Vec<(&'static str, Layout)> {
         assert!(!layouts.last().unwrap().1.uniform);
     }
     layouts
+}
+
+/// The map is the polynomial through as many nodes as its degrees say.
+#[test]
+fn the_map_has_the_degrees_it_is_taken_for() {
+    for (name, layout) in exact_nodes() {
+        let tables = if layout.uniform { Tables::new(6) } else { Tables::turned(6) };
+        let [along, across] = &tables.map;
+        let at = |c: Vec<DVec3>, x: f64| c.iter().zip(basis(c.len() - 1, x)[0]).map(|(&c, b)| b * c).sum::<DVec3>();
+        for k in 0..layout.sectors.len() {
+            let map = SectorMap::new(&layout, k);
+            for (s, v) in [(0.1, 0.9), (0.37, 0.53), (0.8, 0.2)] {
+                let column = |s: f64| at(across.coefficients(&across.nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>()), v);
+                let y = at(along.coefficients(&along.nodes.iter().map(|&s| column(s)).collect::<Vec<_>>()), s);
+                assert!(y.distance(map.y(s, v)) < 1e-11 * y.length(), "{name}: sector {k} at ({s}, {v})");
+            }
+        }
+    }
 }
 
 /// A plane's gauge is linear, C1 everywhere: with its jets at the corners and its own coefficients in between, the crease
@@ -219,7 +238,7 @@ fn radial_forms_reproduce_planes_at_corners() {
             for end in 0..2 {
                 let r = &layout.radials[sector.radials[end]];
                 let forms = RadialForms::new(&tables, &layout, sector.radials[end]);
-                let across = forms.across(&tables, &map, end);
+                let across = forms.across(&map, end);
                 for a in PLANES {
                     let mut numbers = vec![1.0];
                     numbers.extend(jet(&layout, r.corner, a));

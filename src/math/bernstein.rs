@@ -68,6 +68,18 @@ impl Interpolation {
         Interpolation { nodes, inverse: inv }
     }
 
+    /// The same polynomials, their coefficients of a higher degree.
+    pub fn raised(self, degree: usize) -> Self {
+        let n = self.nodes.len() - 1;
+        let row = |i: usize| {
+            let weight = |k: usize| {
+                (0..=n).filter(|j| (i + n).saturating_sub(degree) <= *j && *j <= i).map(|j| share(degree - n, i - j, n, j) * self.inverse[j][k]).sum::<f64>()
+            };
+            (0..=n).map(weight).collect()
+        };
+        Interpolation { inverse: (0..=degree).map(row).collect(), nodes: self.nodes.clone() }
+    }
+
     /// Coefficients of the polynomial with these values at the nodes.
     pub fn coefficients<T>(&self, values: &[T]) -> Vec<T>
     where
@@ -77,13 +89,23 @@ impl Interpolation {
     }
 }
 
-/// Coefficients of degree n + 1 of a polynomial of degree n.
-pub fn elevate(c: &[f64]) -> Vec<f64> {
-    let n = c.len();
-    (0..=n)
-        .map(|i| {
-            let f = i as f64 / n as f64;
-            (if i > 0 { f * c[i - 1] } else { 0.0 }) + (if i < n { (1.0 - f) * c[i] } else { 0.0 })
-        })
-        .collect()
+/// Binomial coefficients, `[n][k]`.
+const BINOMIAL: [[f64; MOST_DEGREE + 1]; MOST_DEGREE + 1] = {
+    let mut out = [[0.0; MOST_DEGREE + 1]; MOST_DEGREE + 1];
+    let mut n = 0;
+    while n <= MOST_DEGREE {
+        let mut k = 0;
+        while k <= n {
+            out[n][k] = if k == 0 || k == n { 1.0 } else { out[n - 1][k - 1] + out[n - 1][k] };
+            k += 1;
+        }
+        n += 1;
+    }
+    out
+};
+
+/// What the product of coefficient i of degree m and coefficient j of degree n adds to coefficient i + j of the product of
+/// both polynomials, of degree m + n.
+pub fn share(m: usize, i: usize, n: usize, j: usize) -> f64 {
+    BINOMIAL[m][i] * BINOMIAL[n][j] / BINOMIAL[m + n][i + j]
 }

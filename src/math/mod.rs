@@ -7,6 +7,53 @@ pub mod sparse;
 
 use glam::DVec3;
 
+/// Loops over many numbers.
+pub trait Loops {
+    type Output;
+
+    /// To be marked `inline(always)`, with all that it calls: else it stays as it is.
+    fn run(self) -> Self::Output;
+}
+
+/// Run loops with the widest vector instructions of this machine. Products and sums stay apart, so all machines give the same bits.
+pub fn vectorised<L: Loops>(loops: L) -> L::Output {
+    struct Run<L>(L);
+    impl<L: Loops> pulp::WithSimd for Run<L> {
+        type Output = L::Output;
+
+        #[inline(always)]
+        fn with_simd<S: pulp::Simd>(self, _: S) -> L::Output {
+            self.0.run()
+        }
+    }
+    pulp::Arch::new().dispatch(Run(loops))
+}
+
+/// Vectors whose length is a multiple of this are added without a remainder.
+const LANES: usize = 8;
+
+/// The next length without a remainder.
+pub fn padded(n: usize) -> usize {
+    n.next_multiple_of(LANES)
+}
+
+/// y += f x
+#[inline(always)]
+pub fn axpy(y: &mut [f64], f: f64, x: &[f64]) {
+    let n = y.len().min(x.len());
+    let (y, y_rest) = y[..n].as_chunks_mut::<LANES>();
+    let (x, x_rest) = x[..n].as_chunks::<LANES>();
+    for (y, x) in y.iter_mut().zip(x) {
+        // all are read before one is written: no need to know that x and y lie apart
+        let (mut sum, x) = (*y, *x);
+        for k in 0..LANES {
+            sum[k] += f * x[k];
+        }
+        *y = sum;
+    }
+    y_rest.iter_mut().zip(x_rest).for_each(|(y, x)| *y += f * x);
+}
+
 /// The angle between two unit vectors, exact also near 0 and π. Radians.
 pub fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))

@@ -2,6 +2,7 @@
 
 use crate::node::Hit;
 use glam::DVec3;
+use std::sync::OnceLock;
 
 /// No twin: the half-edge lies on a rim.
 pub const NONE: u32 = u32::MAX;
@@ -66,8 +67,8 @@ pub struct Mesh {
 struct Folds {
     /// Per cell of the cube map: some facet that faces inward may be seen there.
     cells: Vec<bool>,
-    /// Square of the longest edge of all facets.
-    reach_sq: f64,
+    /// Square of the longest edge of all facets, once a search asks for it.
+    reach_sq: OnceLock<f64>,
 }
 
 /// Cells along each edge of the cube map.
@@ -118,11 +119,15 @@ impl Folds {
             let least = if wide > 0.0 { (wide.min(1.0).acos() + Folds::CELL).cos() } else { -1.0 };
             cells.iter_mut().zip(&middles).for_each(|(cell, m)| *cell |= m.dot(axis) >= least);
         }
+        Folds { cells, reach_sq: OnceLock::new() }
+    }
+
+    fn reach_sq(&self, mesh: &Mesh) -> f64 {
         let longest = |t: &[u32; 3]| {
-            let [a, b, c] = corners(t);
+            let [a, b, c] = mesh.corners(*t);
             a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
         };
-        Folds { cells, reach_sq: triangles.0.iter().map(longest).fold(0.0, f64::max) }
+        *self.reach_sq.get_or_init(|| mesh.triangles.0.iter().map(longest).fold(0.0, f64::max))
     }
 }
 
@@ -254,7 +259,7 @@ impl<'a> Caster<'a> {
         let first = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize];
         let reach = |f: usize| first(f).dot(u);
         // a facet that holds the ray has no vertex farther from it than its longest edge
-        let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq * (1.0 + 1e-9));
+        let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq(self.mesh) * (1.0 + 1e-9));
         let near = |f: usize| reach(f) > 0.0 && first(f).length_squared() - reach(f).powi(2) <= reach_sq;
         (0..self.mesh.triangles.0.len()).filter(|&f| near(f) && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
     }

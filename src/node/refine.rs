@@ -5,6 +5,7 @@
 //! Differs from the paper in one point: the lift's terms divide by (n_j + n)·n, which vanishes where the walls of a
 //! sharp crotch face each other. A neighbour whose normal is more than 60° from the new one gives no lift (`LEAST_COS`).
 
+use crate::math::{Loops, vectorised};
 use crate::node::film::Control;
 use crate::node::mesh::{Facets, Mesh, NONE, Rim, Triangles};
 use crate::node::star::Star;
@@ -21,7 +22,7 @@ pub fn refine(control: Control, star: &Star, levels: u32) -> Mesh {
     let mut state = State { points: control.points, normals, triangles: control.triangles, twins, rims: control.rims };
     let mut coarse = Vec::with_capacity(levels as usize);
     for _ in 0..levels {
-        let finer = step(&state, star);
+        let finer = vectorised(Step { old: &state, star });
         coarse.push(Facets { triangles: state.triangles, twins: state.twins });
         state = finer;
     }
@@ -34,6 +35,21 @@ struct State {
     triangles: Triangles,
     twins: Vec<u32>,
     rims: Vec<Option<Rim>>,
+}
+
+/// One level of refinement.
+struct Step<'a> {
+    old: &'a State,
+    star: &'a Star,
+}
+
+impl Loops for Step<'_> {
+    type Output = State;
+
+    #[inline(always)]
+    fn run(self) -> State {
+        step(self.old, self.star)
+    }
 }
 
 /// Figure 11b: the struts' normals on rims and their 1-ring, elsewhere the mean of the unit normals of the facets.
@@ -63,6 +79,7 @@ fn beta(n: usize) -> f64 {
 }
 
 /// One term of the lift: the height of the tangent-plane crossing of neighbour (v, n) above t along unit `normal`.
+#[inline(always)]
 fn lift(v: DVec3, n: DVec3, t: DVec3, normal: DVec3) -> f64 {
     let cos = n.dot(normal);
     if cos < LEAST_COS {
@@ -73,6 +90,7 @@ fn lift(v: DVec3, n: DVec3, t: DVec3, normal: DVec3) -> f64 {
 
 /// One level. Triangle f becomes 4 f + k at its vertices k, and 4 f + 3 in the middle; vertices keep their numbers, those
 /// of the edges follow.
+#[inline(always)]
 fn step(old: &State, star: &Star) -> State {
     let (nv, nf) = (old.points.len(), old.triangles.0.len());
     let rim_edges = old.twins.iter().filter(|&&t| t == NONE).count();
@@ -99,29 +117,28 @@ fn step(old: &State, star: &Star) -> State {
             };
         }
     }
-    for (f, t) in old.triangles.0.iter().enumerate() {
-        let mid = &middle[3 * f..3 * f + 3];
+    for (f, &[a, b, c]) in old.triangles.0.iter().enumerate() {
+        let (ab, bc, ca) = (middle[3 * f], middle[3 * f + 1], middle[3 * f + 2]);
+        new.triangles.0.extend_from_slice(&[[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
         // the half-edges across the first and the second half of edge k
-        let across = [0, 1, 2].map(|k| match old.twins[3 * f + k] {
+        let across = |k: usize| match old.twins[3 * f + k] {
             NONE => [NONE; 2],
             twin => {
                 let (g, m) = (twin / 3, twin % 3);
                 [3 * (4 * g + (m + 1) % 3) + 2, 3 * (4 * g + m)]
             }
-        });
-        let f = f as u32;
-        for k in 0..3 {
-            let back = (k + 2) % 3;
-            new.triangles.0.push([t[k], mid[k], mid[back]]);
-            new.twins.extend([across[k][0], 3 * (4 * f + 3) + back as u32, across[back][1]]);
-        }
-        new.triangles.0.push([mid[0], mid[1], mid[2]]);
-        new.twins.extend([1, 2, 0].map(|k| 3 * (4 * f + k) + 1));
+        };
+        let ([a0, a1], [b0, b1], [c0, c1]) = (across(0), across(1), across(2));
+        // first half-edge of part k
+        let at = |k: u32| 3 * (4 * f as u32 + k);
+        let m = at(3);
+        new.twins.extend_from_slice(&[a0, m + 2, c1, b0, m, a1, c0, m + 1, b1, at(1) + 1, at(2) + 1, at(0) + 1]);
     }
     new
 }
 
 /// Equation 10; rim vertices stay.
+#[inline(always)]
 fn vertex_points(old: &State, new: &mut State) {
     let nv = old.points.len();
     let mut valence = vec![0u32; nv];
@@ -165,6 +182,7 @@ fn vertex_points(old: &State, new: &mut State) {
 }
 
 /// Equation 11 on edge k of facet f, and on rims equation 6.
+#[inline(always)]
 fn edge_point(old: &State, star: &Star, f: usize, k: usize, new: &mut State) {
     let corner = |f: usize, k: usize| old.triangles.0[f][k % 3] as usize;
     let (i, j) = (corner(f, k), corner(f, k + 1));

@@ -10,7 +10,8 @@
 
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
-use crate::math::sparse::Symmetric;
+use crate::math::sparse::{Order, Symmetric};
+use crate::math::{Loops, axpy, padded, vectorised};
 use crate::node::{Film, Sampler};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
@@ -49,16 +50,17 @@ pub struct Problem<'a> {
     creases: Vec<CreaseForms>,
     radials: Vec<RadialForms>,
     sectors: Vec<SectorProblem>,
-    samples: Samples,
+    samples: &'a Samples,
+    order: Order,
 }
 
 /// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
 /// of w less the strut's own gauge behind the `RIM_ROWS`, numbered `[is * (q + 1 - RIM_ROWS) + iv - RIM_ROWS]`.
 struct SectorProblem {
-    /// `forms[is * (q + 1) + iv]`, of (constant, border numbers, inner numbers).
-    forms: Vec<Form>,
     /// Global number of each border number.
     border: Vec<usize>,
+    /// The strut's own gauge, `[is * (q + 1) + iv]`.
+    own: Vec<f64>,
     /// w less the strut's own gauge, as forms of the patch's own numbers.
     deviation: SparseRows,
     /// Distance to the film and thin-plate energy: the quadratic part, and the linear part with its sign turned.
@@ -72,21 +74,20 @@ struct SectorProblem {
 
 impl<'a> Problem<'a> {
     /// Sample the film for all sectors of a node.
-    pub fn new(tables: &'a Tables, layout: &'a Layout, film: &Film) -> Result<Self, String> {
+    pub fn new(tables: &'a Tables, samples: &'a Samples, layout: &'a Layout, film: &Film) -> Result<Self, String> {
         let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
         let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
-        let samples = Samples::new(tables);
-        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples };
+        let order = order(tables, layout)?;
+        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples, order };
         let mut sampler = film.sampler();
         for (index, sector) in layout.sectors.iter().enumerate() {
             let map = SectorMap::new(layout, index);
             let mut border = problem.crease_numbers(sector.crease);
             border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
             let own = own_gauge(tables, &map);
-            let forms = sector_forms(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
-            let deviation = SparseRows::deviation(tables.q + 1, &forms, &own);
-            let Energy { energy, pull, area, bends } = Energy::new(tables, &problem.samples, &map, &own, &mut sampler, layout.fine)?;
-            problem.sectors.push(SectorProblem { forms, border, deviation, energy, pull, area, bends });
+            let deviation = deviation(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
+            let Energy { energy, pull, area, bends } = Energy::new(tables, samples, &map, &own, &mut sampler, layout.fine)?;
+            problem.sectors.push(SectorProblem { border, own, deviation, energy, pull, area, bends });
         }
         Ok(problem)
     }
@@ -114,25 +115,25 @@ impl<'a> Problem<'a> {
         let mut scratch = Scratch::default();
         for sector in &self.sectors {
             let (width, nb) = (sector.deviation.width, 1 + sector.border.len());
-            let normal = sector.normal(&self.samples, stiffness, &mut scratch);
-            eliminate(normal, width, nb)?;
+            let line = padded(width);
+            let normal = vectorised(Reduction { sector, samples: self.samples, stiffness, scratch: &mut scratch })?;
             for (a, &ga) in sector.border.iter().enumerate() {
-                let row = &normal[(a + 1) * width..(a + 1) * width + nb];
+                let row = &normal[(a + 1) * line..(a + 1) * line + nb];
                 rhs[(ga, 0)] -= row[0];
                 for (&gb, &value) in sector.border[..=a].iter().zip(&row[1..]) {
                     matrix.add(ga.max(gb), ga.min(gb), value);
                 }
             }
-            inner.push(normal[nb * width..].to_vec());
+            inner.push(normal[nb * line..].to_vec());
         }
-        let x = matrix.solve(total, &rhs)?;
+        let x = matrix.solve(total, &rhs, Some(&self.order))?;
         let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
         let radial_numbers = |k: usize| -> Vec<usize> {
             let corner = self.layout.radials[k].corner;
             (JET * corner..JET * (corner + 1)).chain(self.radial_free(k)).collect()
         };
         Ok(Fit {
-            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(inner, &x)).collect(),
+            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(self.tables.q + 1, inner, &x)).collect(),
             creases: self.creases.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &self.crease_numbers(k))).collect()).collect(),
             radials: self.radials.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &radial_numbers(k))).collect()).collect(),
             corners: (0..self.layout.corners.len()).map(|k| x[(JET * k, 0)]).collect(),
@@ -141,29 +142,72 @@ impl<'a> Problem<'a> {
 }
 
 impl SectorProblem {
-    /// All coefficients, from the border numbers `x` and the eliminated rows of the inner numbers.
-    fn gauge(&self, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
+    /// All coefficients, n in each column, from the border numbers `x` and the eliminated rows of the inner numbers.
+    fn gauge(&self, n: usize, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
-        for row in inner.chunks_exact(self.deviation.width) {
+        for row in inner.chunks_exact(padded(self.deviation.width)) {
             let k = numbers.len();
             numbers.push(-row.iter().zip(&numbers).map(|(a, b)| a * b).sum::<f64>() / row[k]);
         }
-        self.forms.iter().map(|f| f.iter().zip(&numbers).map(|(a, b)| a * b).sum()).collect()
+        let mut w = self.own.clone();
+        let free = w.chunks_exact_mut(n).flat_map(|column| &mut column[RIM_ROWS..]);
+        for (w, entries) in free.zip(self.deviation.rows()) {
+            *w += entries.iter().map(|&(k, f)| f * numbers[k]).sum::<f64>();
+        }
+        w
     }
 }
 
-/// Eliminate the numbers from `nb` on, the last first, from a symmetric matrix given by its rows; only the lower triangle is
-/// read and kept up. Row k then gives number k by those before it.
+/// The order in which the numbers of corners, creases and radials are eliminated: those of a sector all meet.
+fn order(tables: &Tables, layout: &Layout) -> Result<Order, String> {
+    let (nc, nk, nr) = (layout.corners.len(), layout.creases.len(), layout.radials.len());
+    let sizes = [(nc, JET), (nk, tables.crease_free()), (nr, tables.radial_free())];
+    let mut end = 0;
+    let block = |size: usize| {
+        end += size;
+        end - size..end
+    };
+    let blocks: Vec<_> = sizes.into_iter().flat_map(|(count, size)| std::iter::repeat_n(size, count)).map(block).collect();
+    let cliques = layout.sectors.iter().map(|s| {
+        let ([a, b], [c, d]) = (layout.creases[s.crease].corners, s.radials);
+        [a, b, nc + s.crease, nc + nk + c, nc + nk + d]
+    });
+    Order::of_blocks(&blocks, cliques)
+}
+
+/// A sector's equations, its inner numbers eliminated.
+struct Reduction<'a> {
+    sector: &'a SectorProblem,
+    samples: &'a Samples,
+    stiffness: f64,
+    scratch: &'a mut Scratch,
+}
+
+impl<'a> Loops for Reduction<'a> {
+    type Output = Result<&'a mut [f64], String>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let normal = self.sector.normal(self.samples, self.stiffness, self.scratch);
+        eliminate(normal, self.sector.deviation.width, 1 + self.sector.border.len())?;
+        Ok(normal)
+    }
+}
+
+/// Eliminate the numbers from `nb` on, the last first, from a symmetric matrix given by its rows, padded; only the lower triangle
+/// is read and kept up. Row k then gives number k by those before it.
+#[inline(always)]
 fn eliminate(normal: &mut [f64], width: usize, nb: usize) -> Result<(), String> {
+    let line = padded(width);
     for k in (nb..width).rev() {
-        let (above, row) = normal.split_at_mut(k * width);
+        let (above, row) = normal.split_at_mut(k * line);
         let pivot = row[k];
         if !(pivot > 0.0) {
             return Err(format!("a patch's own equations are singular (pivot {pivot:e})"));
         }
         for i in 0..k {
-            axpy(&mut above[i * width..=i * width + i], -row[i] / pivot, row);
+            axpy(&mut above[i * line..i * line + padded(i + 1)], -row[i] / pivot, row);
         }
     }
     Ok(())
@@ -212,76 +256,57 @@ pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
     }
 }
 
-/// All coefficients of a sector as forms of (constant, start jet, end jet, crease, start radial, end radial, inner).
-fn sector_forms(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> Vec<Form> {
+/// The control values of a sector behind the `RIM_ROWS`, less the strut's own, as forms of (constant, start jet, end jet, crease,
+/// start radial, end radial, inner).
+fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> SparseRows {
     let (p, q) = (tables.p, tables.q);
-    let which = layout.sectors[index].which;
+    let across = &crease.across[layout.sectors[index].which];
     let (jets, nk, nr) = (2 * JET, tables.crease_free(), tables.radial_free());
     let inner_at = 1 + jets + nk + 2 * nr;
-    let width = inner_at + tables.inner();
-    let from_crease = |f: &Form| {
-        let mut out = vec![0.0; width];
-        out[..f.len()].copy_from_slice(f);
-        out
-    };
-    let from_radial = |f: &Form, end: usize, factor: f64| {
-        let mut out = vec![0.0; width];
-        out[0] = factor * f[0];
-        for k in 0..JET {
-            out[1 + end * JET + k] = factor * f[1 + k];
-        }
-        for k in 0..nr {
-            out[1 + jets + nk + end * nr + k] = factor * f[1 + JET + k];
-        }
-        out
-    };
-    let less = |a: &Form, f: f64, b: &Form| -> Form { a.iter().zip(b).map(|(x, y)| x - f * y).collect() };
-    let mut forms = vec![Vec::new(); (p + 1) * (q + 1)];
-    let at = |is: usize, iv: usize| is * (q + 1) + iv;
-    // the columns next to the radials
-    for end in 0..2 {
+    let mut rows = SparseRows { width: inner_at + tables.inner(), starts: vec![0], entries: Vec::new() };
+    // the columns next to the radials: at the border, and the next
+    let columns = [0, 1].map(|end| {
         let scale = map.scale_of_ends()[end];
-        let across = radials[end].across(tables, map, end);
-        let (edge, next, sign) = if end == 0 { (0, 1, -1.0) } else { (p, p - 1, 1.0) };
-        for iv in 0..=q {
-            let border = from_radial(&radials[end].w[iv], end, scale);
-            forms[at(next, iv)] = less(&border, sign / p as f64, &from_radial(&across[iv], end, 1.0));
-            forms[at(edge, iv)] = border;
-        }
-    }
-    // the rows next to the crease; they meet the columns' twists by construction
+        let step = if end == 0 { 1.0 } else { -1.0 } / p as f64;
+        let border: Vec<Form> = radials[end].w.iter().map(|w| w.map(|x| scale * x)).collect();
+        let next: Vec<Form> = border.iter().zip(radials[end].across(map, end)).map(|(b, a)| std::array::from_fn(|k| b[k] + step * a[k])).collect();
+        [border, next]
+    });
+    let place = |end: usize, k: usize| match k {
+        0 => 0,
+        _ if k <= JET => end * JET + k,
+        _ => jets + nk + end * nr + k - JET,
+    };
+    let mut inner = inner_at..;
     for is in 0..=p {
-        let border = from_crease(&crease.w[is]);
-        forms[at(is, q - 1)] = less(&border, 1.0 / q as f64, &from_crease(&crease.across[which][is]));
-        forms[at(is, q)] = border;
-    }
-    // the rim and the row next to it: the strut
-    for is in 0..=p {
-        for iv in 0..RIM_ROWS {
-            forms[at(is, iv)] = vec![0.0; width];
-            forms[at(is, iv)][0] = own[at(is, iv)];
+        for iv in RIM_ROWS..=q {
+            let own = own[is * (q + 1) + iv];
+            let less = |k: usize, x: f64| if k == 0 { x - own } else { x };
+            if iv == q {
+                rows.push(crease.w[is].iter().enumerate().map(|(k, &x)| (k, less(k, x))));
+            } else if iv == q - 1 {
+                // where columns are borders too, both give the same twist
+                rows.push(crease.w[is].iter().zip(&across[is]).enumerate().map(|(k, (x, y))| (k, less(k, x - y / q as f64))));
+            } else if is < 2 || is > p - 2 {
+                let (end, row) = if is < 2 { (0, is) } else { (1, p - is) };
+                rows.push(columns[end][row][iv].iter().enumerate().map(|(k, &x)| (place(end, k), less(k, x))));
+            } else {
+                rows.push([(0, -own), (inner.next().expect("no last number"), 1.0)].into_iter());
+            }
         }
     }
-    let mut k = inner_at;
-    for is in 2..=p - 2 {
-        for iv in 2..=q - 2 {
-            forms[at(is, iv)] = vec![0.0; width];
-            forms[at(is, iv)][k] = 1.0;
-            k += 1;
-        }
-    }
-    forms
+    rows
 }
 
 /// Sample parameters and tables at them, the same for every patch of a degree. Matrices are flat, row by row.
-struct Samples {
+pub struct Samples {
     along: Direction,
     across: Direction,
-    /// Products of two basis values across, from `RIM_ROWS` on, `[(sample * rows + j) * rows + l]`.
+    /// Products of two basis values across, from `RIM_ROWS` on, `[j * rows + l]` and padded for each sample.
     products: Vec<f64>,
-    /// What remains of the Gram matrices across from `RIM_ROWS` on.
+    /// What remains of the Gram matrices across from `RIM_ROWS` on, padded.
     gram_rows: [Vec<f64>; 3],
-    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`.
+    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`: rows padded.
     bends: Vec<f64>,
 }
 
@@ -291,47 +316,54 @@ struct Direction {
     rule: Vec<(f64, f64)>,
     /// Basis values, `[sample * n + i]`.
     basis: Vec<f64>,
-    /// Value and slope at each sample of the polynomial that is 1 at one interpolation node, `[sample * n + node]`.
+    /// Value and slope at each sample of the polynomial that is 1 at one node of the direction map, `[sample * nodes + node]`.
     lagrange: [Vec<f64>; 2],
     /// Gram matrices of the basis, its first and its second derivatives.
     gram: [Vec<f64>; 3],
 }
 
 impl Direction {
-    fn new(interpolation: &Interpolation) -> Self {
-        let n = interpolation.nodes.len();
+    /// Of degree n - 1.
+    fn new(n: usize, map: &Interpolation) -> Self {
         let rule = gauss::rule(n + 2);
         let all: Vec<_> = rule.iter().map(|&(x, _)| basis(n - 1, x)).collect();
         let gram = [0, 1, 2].map(|order| {
             let entry = |i: usize, j: usize| rule.iter().zip(&all).map(|(&(_, w), b)| w * b[order][i] * b[order][j]).sum::<f64>();
             square(n, entry)
         });
-        // column k of the inverse collocation matrix: coefficients of the polynomial that is 1 at node k
-        let units: Vec<Vec<f64>> = (0..n).map(|k| interpolation.coefficients(&(0..n).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
+        // coefficients of the polynomial that is 1 at node k
+        let nodes = map.nodes.len();
+        let units: Vec<Vec<f64>> = (0..nodes).map(|k| map.coefficients(&(0..nodes).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
         let lagrange = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
         Direction { rule, basis: all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect(), lagrange, gram }
     }
 }
 
 impl Samples {
-    fn new(tables: &Tables) -> Self {
-        let (n, rows) = (tables.q + 1, tables.q + 1 - RIM_ROWS);
-        let (along, across) = (Direction::new(&tables.interpolation), Direction::new(&tables.columns));
-        let gram_rows = [0, 1, 2].map(|order| square(rows, |j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
-        let products = across.basis.chunks_exact(n).flat_map(|b| square(rows, |j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
+    pub fn new(tables: &Tables) -> Self {
+        let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
+        let (along, across) = (Direction::new(np, &tables.map[0]), Direction::new(n, &tables.map[1]));
+        let flat = |entry: &dyn Fn(usize, usize) -> f64| {
+            let mut out = square(rows, entry);
+            out.resize(padded(rows * rows), 0.0);
+            out
+        };
+        let gram_rows = [0, 1, 2].map(|order| flat(&|j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
+        let products = across.basis.chunks_exact(n).flat_map(|b| flat(&|j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
         let bends = bends(tables, |_| 1.0);
         Samples { along, across, products, gram_rows, bends }
     }
 
-    /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at the interpolation
-    /// nodes, since it is a polynomial of at most the patch's degrees. The map is regular, so the sign of its volume is known.
+    /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at as many nodes as fix
+    /// the polynomial that it is. The map is regular, so the sign of its volume is known.
     fn directions(&self, tables: &Tables, map: &SectorMap) -> Vec<(DVec3, f64)> {
-        let (np, n, m) = (tables.p + 1, tables.q + 1, self.along.rule.len());
+        let [s_nodes, v_nodes] = [0, 1].map(|k| &tables.map[k].nodes);
+        let (np, n, m) = (s_nodes.len(), v_nodes.len(), self.along.rule.len());
         let [value, slope] = &self.along.lagrange;
         // along s first: `[sample * n + node of v]`, Y and its derivative by s
         let mut along = vec![[DVec3::ZERO; 2]; m * n];
-        for (k, &s) in tables.interpolation.nodes.iter().enumerate() {
-            for (l, &v) in tables.columns.nodes.iter().enumerate() {
+        for (k, &s) in s_nodes.iter().enumerate() {
+            for (l, &v) in v_nodes.iter().enumerate() {
                 let y = map.y(s, v);
                 for a in 0..m {
                     let [at, by_s] = &mut along[a * n + l];
@@ -358,10 +390,11 @@ impl Samples {
 }
 
 /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`, each times the factor at its middle
-/// (`[is * (q + 1) + iv]`).
+/// (`[is * (q + 1) + iv]`). Row by row, padded.
 fn bends(tables: &Tables, factor: impl Fn(usize) -> f64) -> Vec<f64> {
     let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
-    let mut bends = vec![0.0; (np * rows).pow(2)];
+    let line = padded(np * rows);
+    let mut bends = vec![0.0; np * rows * line];
     let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
     let triples = (0..np * n).flat_map(|k| [(k / n + 2 < np).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
     for triple in triples {
@@ -370,7 +403,7 @@ fn bends(tables: &Tables, factor: impl Fn(usize) -> f64) -> Vec<f64> {
         for (a, f) in triple.into_iter().zip(weights) {
             for (b, g) in triple.into_iter().zip(weights) {
                 if let (Some(a), Some(b)) = (slot(a), slot(b)) {
-                    bends[a * np * rows + b] += factor * f * g;
+                    bends[a * line + b] += factor * f * g;
                 }
             }
         }
@@ -378,14 +411,54 @@ fn bends(tables: &Tables, factor: impl Fn(usize) -> f64) -> Vec<f64> {
     bends
 }
 
+/// The sum of w² at the samples by `weights`, and of the Gram matrices of the thin plate by `plate`: both are products of a
+/// matrix in s and one in v, block by block over pairs of s. Weights are padded for each sample along s, rows of the result too.
+struct Quadratic<'a> {
+    samples: &'a Samples,
+    weights: &'a [f64],
+    plate: [f64; 3],
+    np: usize,
+    rows: usize,
+}
+
+impl Loops for Quadratic<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<f64> {
+        let Quadratic { samples, weights, plate, np, rows } = self;
+        let (size, m) = (padded(np * rows), padded(samples.across.rule.len()));
+        let mut energy = vec![0.0; np * rows * size];
+        let mut block = vec![0.0; padded(rows * rows)];
+        let mut line = vec![0.0; m];
+        for i in 0..np {
+            for k in 0..=i {
+                line.fill(0.0);
+                for (along, weights) in samples.along.basis.chunks_exact(np).zip(weights.chunks_exact(m)) {
+                    axpy(&mut line, along[i] * along[k], weights);
+                }
+                block.fill(0.0);
+                for (f, products) in line.iter().zip(samples.products.chunks_exact(padded(rows * rows))) {
+                    axpy(&mut block, *f, products);
+                }
+                for (order, f) in plate.into_iter().enumerate() {
+                    axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
+                }
+                for (j, line) in block[..rows * rows].chunks_exact(rows).enumerate() {
+                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
+                    for (l, &x) in line.iter().enumerate() {
+                        (energy[at + l], energy[mirrored + l]) = (x, x);
+                    }
+                }
+            }
+        }
+        energy
+    }
+}
+
 /// A square matrix, row by row.
 fn square(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     (0..n * n).map(|k| entry(k / n, k % n)).collect()
-}
-
-/// y += f x
-fn axpy(y: &mut [f64], f: f64, x: &[f64]) {
-    y.iter_mut().zip(x).for_each(|(y, x)| *y += f * x);
 }
 
 /// What one sector's fit has to keep small (see `SectorProblem`).
@@ -402,15 +475,18 @@ impl Energy {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let m = samples.across.rule.len();
         let size = np * rows;
+        let line = padded(m);
         // squared distance to the film: weight and target at each sample
         let directions = samples.directions(tables, map);
-        let mut weights = vec![0.0; samples.along.rule.len() * m];
+        let mut weights = vec![0.0; samples.along.rule.len() * line];
         let mut pull = vec![0.0; size];
-        let mut moves = vec![1.0; weights.len()];
+        let mut moves = vec![1.0; samples.along.rule.len() * m];
         let mut own_at_s = vec![0.0; n];
+        let mut pull_at_s = vec![0.0; rows];
         for (a, &(_, ws)) in samples.along.rule.iter().enumerate() {
             let along = &samples.along.basis[a * np..(a + 1) * np];
             own_at_s.fill(0.0);
+            pull_at_s.fill(0.0);
             along.iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
             for step in 0..m {
                 let b = if a % 2 == 0 { step } else { m - 1 - step };
@@ -427,13 +503,10 @@ impl Energy {
                     moves[a * m + b] = move_sq * map.start().radius.powi(2);
                 }
                 let weight = move_sq * ws * samples.across.rule[b].1 * area;
-                weights[a * m + b] = weight;
-                let across = &all[RIM_ROWS..];
-                let miss = weight * (length / rho - own);
-                for (i, f) in along.iter().enumerate() {
-                    axpy(&mut pull[i * rows..(i + 1) * rows], miss * f, across);
-                }
+                weights[a * line + b] = weight;
+                axpy(&mut pull_at_s, weight * (length / rho - own), &all[RIM_ROWS..]);
             }
+            along.iter().zip(pull.chunks_exact_mut(rows)).for_each(|(f, column)| axpy(column, *f, &pull_at_s));
         }
         // energies of what w is beyond the strut's own gauge, in cylinder coordinates of the strut
         let (dphi, deta, w2) = map.extent();
@@ -441,30 +514,7 @@ impl Energy {
         let area = dphi * deta / (w2 * w2);
         let mean_move = if scaled { (moves.iter().map(|x: &f64| x.ln()).sum::<f64>() / moves.len() as f64).exp() } else { 1.0 };
         let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * mean_move * area * f);
-        // both are products of a matrix in s and one in v: block by block over pairs of s
-        let mut energy = vec![0.0; size * size];
-        let mut block = vec![0.0; rows * rows];
-        let mut line = vec![0.0; m];
-        for i in 0..np {
-            for k in 0..=i {
-                line.fill(0.0);
-                for (along, weights) in samples.along.basis.chunks_exact(np).zip(weights.chunks_exact(m)) {
-                    axpy(&mut line, along[i] * along[k], weights);
-                }
-                block.fill(0.0);
-                for (f, products) in line.iter().zip(samples.products.chunks_exact(rows * rows)) {
-                    axpy(&mut block, *f, products);
-                }
-                for (order, f) in plate.into_iter().enumerate() {
-                    axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
-                }
-                for (j, line) in block.chunks_exact(rows).enumerate() {
-                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
-                    energy[at..at + rows].copy_from_slice(line);
-                    energy[mirrored..mirrored + rows].copy_from_slice(line);
-                }
-            }
-        }
+        let energy = vectorised(Quadratic { samples, weights: &weights, plate, np, rows });
         // the sample nearest to a control value's parameters
         let last = [samples.along.rule.len() - 1, m - 1];
         let near = |k: usize, of: usize, last: usize| (k * last + of / 2) / of;
@@ -481,17 +531,10 @@ struct SparseRows {
 }
 
 impl SparseRows {
-    /// The control values behind the `RIM_ROWS`, less the strut's own.
-    fn deviation(n: usize, forms: &[Form], own: &[f64]) -> SparseRows {
-        let mut out = SparseRows { width: forms[0].len(), starts: vec![0], entries: Vec::new() };
-        for (column, own) in forms.chunks_exact(n).zip(own.chunks_exact(n)) {
-            for (form, own) in column.iter().zip(own).skip(RIM_ROWS) {
-                let less = |k: usize| if k == 0 { *own } else { 0.0 };
-                out.entries.extend(form.iter().enumerate().map(|(k, &x)| (k, x - less(k))).filter(|e| e.1 != 0.0));
-                out.starts.push(out.entries.len());
-            }
-        }
-        out
+    /// One more row: its entries that are not 0.
+    fn push(&mut self, entries: impl Iterator<Item = (usize, f64)>) {
+        self.entries.extend(entries.filter(|e| e.1 != 0.0));
+        self.starts.push(self.entries.len());
     }
 
     fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
@@ -500,10 +543,11 @@ impl SparseRows {
 }
 
 impl SectorProblem {
-    /// N, row by row: Dᵀ Q D for the deviation D, less the pull in the column of the constant. The row of the constant lacks
+    /// N, row by row, padded: Dᵀ Q D for the deviation D, less the pull in the column of the constant. The row of the constant lacks
     /// its pull: no one asks for it.
+    #[inline(always)]
     fn normal<'a>(&self, samples: &Samples, stiffness: f64, scratch: &'a mut Scratch) -> &'a mut [f64] {
-        let (width, size) = (self.deviation.width, self.pull.len());
+        let (width, size) = (padded(self.deviation.width), padded(self.pull.len()));
         let Scratch { quadratic, turned, row, normal } = scratch;
         quadratic.clone_from(&self.energy);
         axpy(quadratic, stiffness * self.area, self.bends.as_ref().unwrap_or(&samples.bends));
@@ -514,13 +558,13 @@ impl SectorProblem {
                 axpy(&mut turned[c * size..(c + 1) * size], f, line);
             }
         }
-        refill(normal, width * width);
+        refill(normal, self.deviation.width * width);
         refill(row, width);
         for (r, entries) in self.deviation.rows().enumerate() {
             row.iter_mut().zip(turned.iter().skip(r).step_by(size)).for_each(|(x, t)| *x = *t);
             row[0] -= self.pull[r];
             for &(c, f) in entries {
-                axpy(&mut normal[c * width..=c * width + c], f, row);
+                axpy(&mut normal[c * width..c * width + padded(c + 1)], f, row);
             }
         }
         normal

@@ -9,16 +9,20 @@
 //! (cells not uniform) the relation across has coefficients of degree 3 instead of 0 and 2, so patches have degree p + 3 in v,
 //! and w and χ along radials have degree p.
 
-use crate::math::bernstein::{Interpolation, basis, elevate};
+use crate::math::axpy;
+use crate::math::bernstein::{Interpolation, MOST_DEGREE, share};
 use crate::patch::layout::{Corner, Crease, Layout, Radial};
-use crate::patch::map::SectorMap;
+use crate::patch::map::{self, SectorMap};
 use glam::DVec3;
 
 /// Free numbers of a corner.
 pub const JET: usize = 6;
 
-/// A linear function of a few numbers; entry 0 is the constant.
-pub type Form = Vec<f64>;
+/// A linear function of a few numbers; entry 0 is the constant, and zeros follow the last.
+pub type Form = [f64; MOST_NUMBERS];
+
+/// Room for the numbers of a crease up to degree 10.
+const MOST_NUMBERS: usize = 24;
 
 /// Tables that depend on the degree alone.
 #[derive(Clone, Debug)]
@@ -32,18 +36,22 @@ pub struct Tables {
     pub interpolation: Interpolation,
     /// Of degree q.
     pub columns: Interpolation,
+    /// Of the direction map's degrees in s and v, with coefficients of degrees p and q.
+    pub map: [Interpolation; 2],
 }
 
 impl Tables {
     pub fn new(p: usize) -> Self {
-        assert!(p >= 6, "patch degree {p}: corners with full 2-jets need degree 6");
-        Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p) }
+        assert!((6..=10).contains(&p), "patch degree {p}: corners with full 2-jets need degree 6, forms have room up to degree 10");
+        let map = [(map::DEGREE, p), (map::COLUMN_DEGREE, p)].map(|(degree, to)| Interpolation::new(degree).raised(to));
+        Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p), map }
     }
 
     /// For cells that are not uniform.
     pub fn turned(p: usize) -> Self {
         let q = p + 3;
-        Tables { q, along: p, turn: p, columns: Interpolation::new(q), ..Tables::new(p) }
+        let map = [(map::DEGREE, p), (map::TURNED_COLUMN_DEGREE, q)].map(|(degree, to)| Interpolation::new(degree).raised(to));
+        Tables { q, along: p, turn: p, columns: Interpolation::new(q), map, ..Tables::new(p) }
     }
 
     /// Free numbers of a crease: of w, then of δ.
@@ -60,20 +68,6 @@ impl Tables {
     pub fn inner(&self) -> usize {
         (self.p - 3) * (self.q - 3)
     }
-}
-
-/// Coefficients of a polynomial form given by its value at parameters.
-fn coefficients(interpolation: &Interpolation, value: impl Fn(f64) -> Form) -> Vec<Form> {
-    let values: Vec<Form> = interpolation.nodes.iter().map(|&x| value(x)).collect();
-    let width = values[0].len();
-    let mut out = vec![vec![0.0; width]; values.len()];
-    for k in 0..width {
-        let column: Vec<f64> = values.iter().map(|v| v[k]).collect();
-        for (row, c) in out.iter_mut().zip(interpolation.coefficients(&column)) {
-            row[k] = c;
-        }
-    }
-    out
 }
 
 /// The jet of the gauge at a corner: linear functions of its 6 free numbers (value, 2 slopes, 3 second slopes).
@@ -106,33 +100,27 @@ fn scale(f: f64, a: [f64; JET]) -> [f64; JET] {
     a.map(|x| f * x)
 }
 
-fn axpy(into: &mut Form, f: f64, from: &[f64]) {
-    into.iter_mut().zip(from).for_each(|(x, y)| *x += f * y);
-}
-
-/// Value of a polynomial of forms, and its derivative.
-fn at(coefficients: &[Form], x: f64) -> [Form; 2] {
-    let [b, d, _] = basis(coefficients.len() - 1, x);
-    [b, d].map(|weights| {
-        let mut out = vec![0.0; coefficients[0].len()];
-        coefficients.iter().zip(weights).for_each(|(c, w)| axpy(&mut out, w, c));
-        out
-    })
-}
-
-/// The same forms at a higher degree.
-fn elevated(c: Vec<Form>, degree: usize) -> Vec<Form> {
-    let mut now = c;
-    while now.len() <= degree {
-        let width = now[0].len();
-        let mut out = vec![vec![0.0; width]; now.len() + 1];
-        for k in 0..width {
-            let column: Vec<f64> = now.iter().map(|row| row[k]).collect();
-            out.iter_mut().zip(elevate(&column)).for_each(|(row, x)| row[k] = x);
+/// Product of a polynomial and a polynomial of forms, both by their Bernstein coefficients.
+fn times(factor: &[f64], forms: &[Form]) -> Vec<Form> {
+    let (m, n) = (factor.len() - 1, forms.len() - 1);
+    let mut out = vec![[0.0; MOST_NUMBERS]; m + n + 1];
+    for (i, &f) in factor.iter().enumerate() {
+        for (j, form) in forms.iter().enumerate() {
+            axpy(&mut out[i + j], share(m, i, n, j) * f, form);
         }
-        now = out;
     }
-    now
+    out
+}
+
+/// The same polynomial at a degree that is higher by so much.
+fn elevated(forms: &[Form], by: usize) -> Vec<Form> {
+    times(&[1.0; MOST_DEGREE][..=by], forms)
+}
+
+/// Derivative of a polynomial of forms.
+fn slope(forms: &[Form]) -> Vec<Form> {
+    let n = (forms.len() - 1) as f64;
+    forms.windows(2).map(|w| std::array::from_fn(|k| n * (w[1][k] - w[0][k]))).collect()
 }
 
 /// A crease: forms of (constant, jet at start, jet at end, free).
@@ -149,20 +137,19 @@ impl CreaseForms {
         let crease: &Crease = &layout.creases[index];
         let maps = [0, 1].map(|which| SectorMap::new(layout, 2 * index + which));
         let dt = maps[0].dt();
-        let width = 1 + 2 * JET + tables.crease_free();
         let place = |end: usize, jet: [f64; JET]| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[1 + end * JET..1 + (end + 1) * JET].copy_from_slice(&jet);
             form
         };
         let unit = |k: usize| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[1 + 2 * JET + k] = 1.0;
             form
         };
         let e = p - 1; // degree of w and δ
-        let mut w = vec![Vec::new(); e + 1];
-        let mut delta = vec![Vec::new(); e + 1];
+        let mut w = vec![[0.0; MOST_NUMBERS]; e + 1];
+        let mut delta = vec![[0.0; MOST_NUMBERS]; e + 1];
         let n = e as f64;
         // M sin θ = a_0 c_0 + a_1 c_1, with a_0 = λ_1, a_1 = λ_0, and λ_0 λ_1 = 1
         let wide = crease.frame.wide;
@@ -194,22 +181,19 @@ impl CreaseForms {
             delta[2 + k] = unit(p - 6 + k);
         }
         let bend = -0.5 * crease.sign * crease.frame.theta.sin();
+        // w_v = l (-½ σ sin θ (w - t w_t) ± δ)
+        let slope = slope(&w);
         let across = [1.0, -1.0].map(|side| {
-            let which = usize::from(side < 0.0);
-            let map = &maps[which];
-            coefficients(&tables.interpolation, |s| {
-                let t = if layout.uniform { map.t(s) } else { map.crease_t(s) };
-                let [value, by_s] = at(&w, s);
-                let [d, _] = at(&delta, s);
-                let mut form = vec![0.0; width];
-                let l = map.speed(s) * wide[which];
-                axpy(&mut form, l * bend, &value);
-                axpy(&mut form, -l * bend * t / dt, &by_s);
-                axpy(&mut form, l * side, &d);
-                form
-            })
+            let map = &maps[usize::from(side < 0.0)];
+            let t_over_dt = [0.0, 1.0].map(|s| if layout.uniform { map.t(s) } else { map.crease_t(s) } / dt);
+            let speed = [0.0, 1.0].map(|s| map.speed(s) * wide[usize::from(side < 0.0)]);
+            let mut sum = times(&t_over_dt, &slope);
+            for ((sum, w), delta) in sum.iter_mut().zip(&w).zip(&delta) {
+                sum.iter_mut().zip(w.iter().zip(delta)).for_each(|(x, (w, d))| *x = bend * (w - *x) + side * d);
+            }
+            times(&speed, &sum)
         });
-        CreaseForms { w: elevated(w, p), across }
+        CreaseForms { w: elevated(&w, 1), across }
     }
 }
 
@@ -217,22 +201,21 @@ impl CreaseForms {
 pub struct RadialForms {
     /// Coefficients of the gauge along the radial, degree q.
     pub w: Vec<Form>,
-    /// Coefficients of χ, its slope counter-clockwise about the axis at constant height.
-    chi: Vec<Form>,
+    /// The gauge W, W_v, and χ, its slope counter-clockwise about the axis at constant height: each at its own degree.
+    terms: [Vec<Form>; 3],
 }
 
 impl RadialForms {
     pub fn new(tables: &Tables, layout: &Layout, index: usize) -> Self {
         let radial: &Radial = &layout.radials[index];
         let jet = JetForms(&layout.corners[radial.corner]);
-        let width = 1 + JET + tables.radial_free();
         let place = |jet: [f64; JET]| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[1..1 + JET].copy_from_slice(&jet);
             form
         };
         let unit = |k: usize| {
-            let mut form = vec![0.0; width];
+            let mut form = [0.0; MOST_NUMBERS];
             form[k] = 1.0;
             form
         };
@@ -243,7 +226,7 @@ impl RadialForms {
         let reach = radial.scale; // the corner's k over the point at distance 1
         let (g0, g1) = (scale(1.0 / reach, jet.value()), scale(-l, jet.slope(c)));
         let g2 = add(scale(l * l * reach, jet.second(c, c)), radial.bend, jet.slope(c));
-        let mut w = vec![Vec::new(); e + 1];
+        let mut w = vec![[0.0; MOST_NUMBERS]; e + 1];
         // at the rim the strut itself, to first order
         let [height, by_q, _] = radial.height(1.0);
         let own = radial.own(height);
@@ -257,30 +240,27 @@ impl RadialForms {
         }
         let (x0, x1) = (jet.slope(turn), scale(-l * reach, jet.second(turn, c)));
         let d = tables.turn;
-        let mut chi = vec![vec![0.0; width]; d + 1];
+        let mut chi = vec![[0.0; MOST_NUMBERS]; d + 1];
         chi[d] = place(x0);
         chi[d - 1] = place(add(x0, -1.0 / d as f64, x1));
         for k in 0..d - 3 {
             chi[2 + k] = unit(1 + JET + e - 4 + k);
         }
-        RadialForms { w: elevated(w, tables.q), chi }
+        RadialForms { w: elevated(&w, tables.q - e), terms: [w.clone(), slope(&w), chi] }
     }
 
     /// Coefficients of ∂w/∂s of a sector at its start (end 0) or end (end 1), degree q.
-    pub fn across(&self, tables: &Tables, map: &SectorMap, end: usize) -> Vec<Form> {
-        coefficients(&tables.columns, |v| {
-            let [value, by_v] = at(&self.w, v);
-            let [chi, _] = at(&self.chi, v);
-            let [of_value, of_slope, of_chi] = map.across_radial(end, v);
-            let mut form = vec![0.0; value.len()];
-            axpy(&mut form, of_chi, &chi);
-            axpy(&mut form, of_slope, &by_v);
-            axpy(&mut form, of_value, &value);
-            form
-        })
+    pub fn across(&self, map: &SectorMap, end: usize) -> Vec<Form> {
+        let factors = map.across_radial(end);
+        let [mut sum, slope, turn] = std::array::from_fn(|k| times(&factors[k], &self.terms[k]));
+        for (sum, (slope, turn)) in sum.iter_mut().zip(slope.iter().zip(&turn)) {
+            axpy(sum, 1.0, slope);
+            axpy(sum, 1.0, turn);
+        }
+        sum
     }
 }
 
 fn scaled(f: f64, form: Form) -> Form {
-    form.into_iter().map(|x| f * x).collect()
+    form.map(|x| f * x)
 }

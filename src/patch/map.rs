@@ -31,6 +31,11 @@ pub const MOST_SPEED: f64 = 1.35;
 /// The map must keep at least this part of its mean descent everywhere.
 const LEAST_DESCENT: f64 = 0.1;
 
+/// Degree of Y in s, and in v: where columns keep their azimuth, and where they turn.
+pub const DEGREE: usize = 3;
+pub const COLUMN_DEGREE: usize = 4;
+pub const TURNED_COLUMN_DEGREE: usize = 6;
+
 /// The direction map of one sector.
 pub struct SectorMap<'a> {
     crease: &'a Crease,
@@ -86,11 +91,6 @@ impl TurnedEnd {
     fn out(&self, v: f64) -> [f64; 2] {
         let [rim, crease] = self.out;
         [rim + smooth(v) * (crease - rim), 6.0 * v * (1.0 - v) * (crease - rim)]
-    }
-
-    fn around(&self, v: f64) -> f64 {
-        let [rim, crease] = self.around;
-        rim + smooth(v) * (crease - rim)
     }
 }
 
@@ -231,21 +231,23 @@ impl<'a> SectorMap<'a> {
         (self.rim_length(s) * self.cut - self.crease(s)[0].dot(self.frame[0])) / (1.0 + self.crease_t(s).powi(2))
     }
 
-    /// c(v) at one end (0 or 1): ∂η/∂φ = c(v) ∂η/∂v along the radial.
-    fn shear(&self, end: usize, v: f64) -> f64 {
-        let [a, b] = self.ends[end].shear;
-        a * v + b * v * (1.0 - v)
-    }
-
     /// ∂w/∂s along a radial (end 0 or 1) as b W + c W_v + d χ: the gauge along the radial, its slope, and its slope by azimuth at
-    /// constant height, counter-clockwise, all per unit of distance from the axis.
-    pub fn across_radial(&self, end: usize, v: f64) -> [f64; 3] {
+    /// constant height, counter-clockwise, all per unit of distance from the axis. Bernstein coefficients of b, c and d: of degrees
+    /// 1, 2 and 0; where columns turn 3, 4 and 3.
+    pub fn across_radial(&self, end: usize) -> [Vec<f64>; 3] {
+        // a v + b v (1 - v)
+        let shear = |[a, b]: [f64; 2]| [0.0, 0.5 * (a + b), a];
         match &self.turned {
-            None => [2.0 * self.dt() * self.t(end as f64), 2.0 * self.dt() * self.shear(end, v), 2.0 * self.dt() * self.sense()],
+            None => {
+                let f = 2.0 * self.dt();
+                let b = f * self.t(end as f64);
+                [vec![b; 2], shear(self.ends[end].shear).map(|c| f * c).to_vec(), vec![f * self.sense()]]
+            }
             Some(turned) => {
                 let e = &turned.ends[end];
-                let [a, b] = e.shear;
-                [e.out(v)[0], a * v + b * v * (1.0 - v), e.around(v)]
+                let step = |[rim, crease]: [f64; 2]| vec![rim, rim, crease, crease];
+                let [c0, c1, c2] = shear(e.shear);
+                [step(e.out), vec![c0, 0.5 * (c0 + c1), (c0 + 4.0 * c1 + c2) / 6.0, 0.5 * (c1 + c2), c2], step(e.around)]
             }
         }
     }

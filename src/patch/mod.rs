@@ -90,51 +90,51 @@ pub struct Fitted {
 /// Tables for one degree along creases, made once per run.
 pub struct Degree {
     /// Cells that are uniform, and others.
-    uniform: forms::Tables,
-    turned: forms::Tables,
+    uniform: (forms::Tables, fit::Samples),
+    turned: (forms::Tables, fit::Samples),
 }
 
 impl Degree {
     /// `p`: degree along creases, at least 6.
     pub fn new(p: usize) -> Self {
-        Degree { uniform: forms::Tables::new(p), turned: forms::Tables::turned(p) }
+        let with_samples = |tables| {
+            let samples = fit::Samples::new(&tables);
+            (tables, samples)
+        };
+        Degree { uniform: with_samples(forms::Tables::new(p)), turned: with_samples(forms::Tables::turned(p)) }
     }
 
     /// The degree along creases.
     pub fn along(&self) -> usize {
-        self.uniform.p
+        self.uniform.0.p
     }
 
-    fn tables(&self, uniform: bool) -> &forms::Tables {
+    fn tables(&self, uniform: bool) -> &(forms::Tables, fit::Samples) {
         if uniform { &self.uniform } else { &self.turned }
     }
 }
 
 /// Fit an exactly G1 skin of the given degree to a film. Errors say what failed, without the node's name.
 pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    let layout = Layout::new(&film.star, &film.cells)?;
-    let tables = degree.tables(layout.uniform);
-    let problem = fit::Problem::new(tables, &layout, film)?;
-    let mut reason = String::new();
-    for stiffness in STIFFNESS {
-        match skin::skin(tables, &layout, &problem.solve(stiffness)?) {
-            Ok(skin) => return accepted(skin, film),
-            Err(e) => reason = e,
-        }
-    }
-    Err(reason)
+    fit_on(&Layout::new(&film.star, &film.cells)?, film, degree)
 }
 
 /// As `fit`, on a fine layout: for nodes where `fit` fails.
 pub fn fit_fine(film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    let layout = Layout::fine(&film.star, &film.cells)?;
-    let tables = degree.tables(layout.uniform);
-    let problem = fit::Problem::new(tables, &layout, film)?;
+    fit_on(&Layout::fine(&film.star, &film.cells)?, film, degree)
+}
+
+/// The same on a layout of the film, which all degrees share.
+pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, String> {
+    let (tables, samples) = degree.tables(layout.uniform);
+    let problem = fit::Problem::new(tables, samples, layout, film)?;
     let mut reason = String::new();
-    for stiffness in FINE_STIFFNESS {
-        let fitted = problem.solve(stiffness).and_then(|fit| skin::skin(tables, &layout, &fit)).and_then(|skin| accepted(skin, film));
-        match fitted {
-            Ok(fitted) => return Ok(fitted),
+    for &stiffness in if layout.fine { &FINE_STIFFNESS[..] } else { &STIFFNESS[..] } {
+        match problem.solve(stiffness).and_then(|fit| skin::skin(tables, layout, &fit)) {
+            Ok(skin) => match accepted(skin, film) {
+                Err(e) if layout.fine => reason = e,
+                done => return done,
+            },
             Err(e) => reason = e,
         }
     }
@@ -154,7 +154,7 @@ pub fn sharp(film: &Film, degree: &Degree) -> Result<Fitted, String> {
     if !film.cells.uniform || film.star.tapers.iter().any(|&k| k != 0.0) {
         return Err("struts of unequal radius do not meet in the sides of their cells".into());
     }
-    let tables = degree.tables(true);
+    let (tables, _) = degree.tables(true);
     let layout = Layout::new(&film.star, &film.cells)?;
     let skin = skin::skin(tables, &layout, &fit::cylinders(tables, &layout))?;
     let quality = check::measure(&skin, film);

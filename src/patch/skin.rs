@@ -79,12 +79,13 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
     let map = SectorMap::new(layout, index);
     let mut weights = fit.sectors[index].clone();
     // coefficients of Y: first along v, then along s
-    let column = |s: f64| tables.columns.coefficients(&tables.columns.nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>());
-    let columns: Vec<Vec<DVec3>> = tables.interpolation.nodes.iter().map(|&s| column(s)).collect();
+    let [along, across] = &tables.map;
+    let column = |s: f64| across.coefficients(&across.nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>());
+    let columns: Vec<Vec<DVec3>> = along.nodes.iter().map(|&s| column(s)).collect();
     let mut points = vec![DVec3::ZERO; (p + 1) * n];
     for iv in 0..n {
         let row: Vec<DVec3> = columns.iter().map(|c| c[iv]).collect();
-        for (is, y) in tables.interpolation.coefficients(&row).into_iter().enumerate() {
+        for (is, y) in along.coefficients(&row).into_iter().enumerate() {
             points[is * n + iv] = y / weights[is * n + iv];
         }
     }
