@@ -83,7 +83,7 @@ fn close_pairs_are_smooth() {
     }
 }
 
-/// Two struts almost along each other: no smooth skin keeps near its film in the crotch.
+/// Two struts almost along each other: no smooth skin keeps near its film.
 #[test]
 fn the_last_rung_is_sharp() {
     for angle in [5.0, 1.0] {
