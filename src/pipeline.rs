@@ -154,7 +154,7 @@ fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
         unequal_sharing: count(Means::UnequalSharing),
         changed: (0..cuts.at.len()).filter(|&k| cuts.means[k] != Means::Preferred).map(changed).collect(),
         shrunk: shrunk.iter().map(|s| ShrunkStrut { strut: s.strut, before_mm: s.before, after_mm: s.after, volume_mm3: s.volume }).collect(),
-        shrunk_volume_mm3: shrunk.iter().map(|s| s.volume).sum(),
+        shrunk_volume_mm3: shrunk.iter().fold(0.0, |sum, s| sum + s.volume), // an empty `sum` is -0
     }
 }
 
