@@ -9,22 +9,19 @@ use crate::patch::{Patch, Rim, Skin, SkinCurve, SkinEdge};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Least weight of a patch over its largest. Reason: a control point of almost no weight lies far out, and readers lose its patch: OCC 8 found one of
-/// 1/610 among 6,351 faces invalid; heights alone make ratios of 1/50.
-const LEAST_WEIGHT: f64 = 1.0 / 400.0;
+/// Most that weights may change from one control point to the next, as a factor. Reason: where they fall like a needle the surface folds its
+/// parameters on a spot, and readers lose the patch. Measured on shrunk real lattices, 10,000 patches: OCC 8 finds five invalid, of factors 37 to
+/// 135; of those it finds valid, two reach 50 and all others stay below 24.
+const MOST_STEP: f64 = 25.0;
 
 /// Build the skin. Border rows are computed once per edge and copied into both patches, so that shared points are equal
-/// to the bit. Fails where a weight is not positive, or next to nothing.
+/// to the bit. Fails where a weight is not positive, or far from its neighbour's.
 pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String> {
     let (p, q) = (tables.p, tables.q);
     let clamped = |p: usize| -> Arc<[f64]> { std::iter::repeat_n(0.0, p + 1).chain(std::iter::repeat_n(1.0, p + 1)).collect() };
     let knots = [clamped(p), clamped(q)];
-    let positive = |w: &[f64]| {
-        let most = w.iter().fold(0.0f64, |m, &x| m.max(x));
-        w.iter().all(|&x| x > LEAST_WEIGHT * most)
-    };
-    if !(fit.sectors.iter().all(|w| positive(w)) && fit.creases.iter().all(|w| positive(w)) && fit.radials.iter().all(|w| positive(w))) {
-        return Err("the skin has a weight that is not positive, or next to nothing".into());
+    if !(fit.sectors.iter().all(|w| is_even(w, q + 1)) && fit.creases.iter().chain(&fit.radials).all(|w| is_even(w, w.len()))) {
+        return Err("the skin has a weight that is not positive, or far from its neighbour's".into());
     }
     let divide = |y: Vec<DVec3>, w: &[f64]| -> Vec<DVec3> { y.into_iter().zip(w).map(|(y, w)| y / *w).collect() };
 
@@ -70,6 +67,14 @@ pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String>
         })
         .collect();
     Ok(Skin { vertices, edges, patches, rims })
+}
+
+/// Whether weights, in rows of `width`, are positive and near those next to them.
+fn is_even(w: &[f64], width: usize) -> bool {
+    let near = |a: f64, b: f64| a <= MOST_STEP * b && b <= MOST_STEP * a;
+    let along = |k: usize| (k + 1) % width == 0 || near(w[k], w[k + 1]);
+    let across = |k: usize| k + width >= w.len() || near(w[k], w[k + width]);
+    (0..w.len()).all(|k| w[k] > 0.0 && along(k) && across(k))
 }
 
 /// The patch of one sector, with the borders of its edges.
