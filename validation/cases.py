@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import report_fields
-from graphs import degrees, summary
+from graphs import degrees, least_radius, summary
 
 CELLS = ("cubic", "bcc", "bcc-edges", "fcc", "octet", "diamond", "kelvin")
 MESHED = ("bcc", "octet")  # 2x2x2 of these go through gmsh
@@ -102,7 +102,7 @@ def samples(folder: Path) -> list[Case]:
     for path in sorted(folder.glob("*.accepted.json")):
         graph = json.loads(path.read_text())
         out.append(Case(f"sample {path.name.removesuffix('.accepted.json')}", graph=path, detail={"degree": int(degrees(graph).max())},
-                        options=("--on-conflict", "shrink"), radius_mm=min(min(s["ra"], s["rb"]) for s in graph["struts"]),
+                        options=("--on-conflict", "shrink"), radius_mm=least_radius(graph),
                         skip=("meshable", "volume_bound"), limits={"freecad_seconds": 0, "self_intersection_seconds": 600, "self_intersection_faces": 400}))
     return out
 

@@ -13,6 +13,10 @@ def degrees(graph: dict) -> np.ndarray:
     return out
 
 
+def least_radius(graph: dict) -> float:
+    return min(min(s["ra"], s["rb"]) for s in graph["struts"])
+
+
 def is_tapered(strut: dict) -> bool:
     """Radii equal but for round-off (1e-12 of them) are one radius."""
     return abs(strut["ra"] - strut["rb"]) > 1e-12 * max(strut["ra"], strut["rb"])

@@ -10,8 +10,8 @@ from pathlib import Path
 import cases
 import checks
 import program
-import report_fields
-from result import fell, finish
+from graphs import least_radius
+from result import cost, fell, finish, told
 
 READ = (".json", ".3mf")
 BLOCK_STRUTS = 1000
@@ -42,8 +42,7 @@ def struts(path: Path) -> int:
 def block(path: Path) -> cases.Case:
     """A box cut out of the middle, for the kernels: large lattices cost them minutes and gigabytes."""
     graph = json.loads(path.read_text())
-    radius = min(min(s["ra"], s["rb"]) for s in graph["struts"])
-    return cases.Case(f"{name(path)} block", graph=path, crop=cases.middle_box(graph, BLOCK_STRUTS), radius_mm=radius, options=SHRINK,
+    return cases.Case(f"{name(path)} block", graph=path, crop=cases.middle_box(graph, BLOCK_STRUTS), radius_mm=least_radius(graph), options=SHRINK,
                       skip=("volume_bound", "meshable"), limits={"freecad_seconds": 7200, "self_intersection_faces": 400, "g0_allowed": 0})
 
 
@@ -53,7 +52,7 @@ def whole(path: Path, case: str, shrink: bool, out: Path) -> dict:
     start = time.monotonic()
     step, report_path = out / f"{name(path)}.step", out / f"{name(path)}.report.json"
     done = program.run("export", path, "-o", step, "--report", report_path, *(SHRINK if shrink else ()))
-    result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
+    result["export"] = cost(done)
     if not done.ok:
         result = fell(result, "export", done)
         result["refused"] = done.code in REFUSED and not shrink
@@ -62,8 +61,7 @@ def whole(path: Path, case: str, shrink: bool, out: Path) -> dict:
     nodes = len(graph["nodes"])
     # at most 1 % of the nodes (rounded up) below the first rung, none with sharp creases
     expected = cases.expected(cases.Case(case, limits={"g0_allowed": 0, "lowered_allowed": math.ceil(nodes / 100)}), graph, report)
-    result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report), shrunk=report_fields.shrunk(report),
-                  quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report))
+    result.update(told(step, report))
     result["checks"]["report"] = checks.run("report", None, expected)
     circles = 0
     with step.open("rb") as lines:

@@ -27,8 +27,7 @@ import checks
 import checks.valid  # loads OCC once, before the workers are forked, and makes their common lock
 import lattices
 import program
-import report_fields
-from result import fell, finish
+from result import cost, fell, finish, told
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
@@ -74,15 +73,13 @@ def judge(case: cases.Case) -> dict:
         step, report_path = stem.with_suffix(".step"), stem.with_suffix(".report.json")
         crop = (f"--crop={case.crop}",) if case.crop else ()
         done = program.run("export", graph_path, "-o", step, "--report", report_path, *crop, *case.options)
-        result["export"] = {"wall_s": round(done.wall_s, 2), "cpu_s": round(done.cpu_s, 2), "peak_mb": round(done.peak_mb)}
+        result["export"] = cost(done)
         if not done.ok:
             return fell(result, "export", done)
         graph = json.loads(Path(graph_path).read_text())
         report = json.loads(report_path.read_text())
         expected = cases.expected(case, graph, report)
-        result.update(bytes=step.stat().st_size, counts=report_fields.counts(report), rungs=report_fields.rungs(report),
-                      quality=report_fields.quality(report), lowered=report_fields.lowered(report), changes=report_fields.changes(report),
-                      shrunk=report_fields.shrunk(report))
+        result.update(told(step, report))
     except Exception as fault:  # noqa: BLE001 - a case that cannot be made is a failed case
         result["checks"]["export"] = checks.verdict([f"{type(fault).__name__}: {fault}"])
         return finish(result, start)
