@@ -6,7 +6,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use lattice_brep::node::Cells;
-use lattice_brep::node::cells::{SNAP, WIDEST};
+use lattice_brep::node::cells::{Frame, SNAP, WIDEST};
 use parry3d_f64::transformation::try_convex_hull;
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
@@ -202,5 +202,21 @@ fn creases_lie_on_both_cylinders_at_one_azimuth() {
                 }
             }
         }
+    }
+}
+
+/// Struts that are opposite but for what a file's decimals leave: a cross product has lost most digits there, and rims would not be circles.
+#[test]
+fn frames_of_nearly_opposite_struts_are_orthonormal() {
+    let a = DVec3::new(-0.21373687, -0.29961281, 0.92981112).normalize();
+    let aside = a.any_orthonormal_vector();
+    for tilt in [1e-2, 1e-4, 1e-6, 1e-8, 2.9e-9, 1.1e-9, 9e-10, 1e-12, 0.0] {
+        let b = (tilt * aside - a).normalize();
+        let frame = Frame::new([a, b], [1.0; 2]);
+        for (k, axis) in [a, b].into_iter().enumerate() {
+            let off = [axis.dot(frame.n[k]), axis.dot(frame.e[k]), frame.n[k].dot(frame.e[k])].map(f64::abs).into_iter().fold(0.0, f64::max);
+            assert!(off < 4e-16, "tilt {tilt}, strut {k}: {off}");
+        }
+        assert!(frame.n[0].distance(frame.n[1]) < 1e-8, "tilt {tilt}");
     }
 }

@@ -64,8 +64,9 @@ pub struct Frame {
     pub c: [DVec3; 2],
     /// Unit vectors perpendicular to each axis, towards the other strut: azimuth 0.
     pub e: [DVec3; 2],
-    /// Unit normal of the plane of both struts: azimuth 90°. Counter-clockwise about `c[0]`, clockwise about `c[1]`.
-    pub n: DVec3,
+    /// Unit normal of the plane of both struts, perpendicular to each axis: azimuth 90°. Counter-clockwise about `c[0]`, clockwise
+    /// about `c[1]`. One vector, but for opposite struts, which no plane holds to the last bit.
+    pub n: [DVec3; 2],
     /// Angle between the struts, radians.
     pub theta: f64,
     /// cot α_k: height of the crease over its distance from strut k, in the plane of both; α_k is the angle between them.
@@ -78,9 +79,7 @@ impl Frame {
     /// The frame of two struts with weights.
     pub fn new([a, b]: [DVec3; 2], [wa, wb]: [f64; 2]) -> Frame {
         let theta = angle(a, b);
-        let cross = a.cross(b);
-        // Opposite struts: any plane through them serves.
-        let n = if cross.length() > 1e-9 { cross.normalize() } else { a.cross(perpendicular(a)).normalize() };
+        let n = normals(a, b);
         let (height, wide) = if wa == wb {
             ([1.0 / (0.5 * theta).tan(); 2], [1.0; 2])
         } else {
@@ -90,24 +89,42 @@ impl Frame {
             let sines = height.map(|h| 1.0 / h.hypot(1.0));
             (height, [(sines[0] / sines[1]).sqrt(), (sines[1] / sines[0]).sqrt()])
         };
-        Frame { c: [a, b], e: [n.cross(a), b.cross(n)], n, theta, height, wide }
+        Frame { c: [a, b], e: [n[0].cross(a), b.cross(n[1])], n, theta, height, wide }
     }
 
     /// The crease at φ.
     pub fn crease(&self, phi: f64) -> DVec3 {
         let (sin, cos) = phi.sin_cos();
         let cos = self.wide[0] * cos;
-        self.height[0] * cos * self.c[0] + cos * self.e[0] + sin * self.n
+        self.height[0] * cos * self.c[0] + cos * self.e[0] + sin * self.n[0]
     }
 
     /// The azimuth about arm `k` (0 or 1) of a direction.
     pub fn azimuth(&self, k: usize, y: DVec3) -> f64 {
-        y.dot(self.n).atan2(y.dot(self.e[k]))
+        y.dot(self.n[k]).atan2(y.dot(self.e[k]))
     }
 
     /// φ of a direction on the crease, by its azimuth about arm `k`.
     fn parameter(&self, k: usize, y: DVec3) -> f64 {
-        y.dot(self.n).atan2(y.dot(self.e[k]) / self.wide[k])
+        y.dot(self.n[k]).atan2(y.dot(self.e[k]) / self.wide[k])
+    }
+}
+
+/// Unit normal of the plane of two unit axes, perpendicular to the last bit to a and to b.
+fn normals(a: DVec3, b: DVec3) -> [DVec3; 2] {
+    /// Below this sine, cross products of opposite axes lose digits that their sum still has.
+    const NEARLY_OPPOSITE: f64 = 1e-3;
+    /// Below this sine any plane through the struts serves: which one would be a matter of round-off.
+    const OPPOSITE: f64 = 1e-9;
+    let cross = a.cross(b);
+    let sine = cross.length();
+    if sine > NEARLY_OPPOSITE || a.dot(b) > 0.0 {
+        [cross.normalize(); 2]
+    } else if sine > OPPOSITE {
+        [a.cross(a + b).normalize(); 2]
+    } else {
+        let n = a.cross(perpendicular(a)).normalize();
+        [n, (n - n.dot(b) * b).normalize()]
     }
 }
 
@@ -240,7 +257,7 @@ fn side_arc(axes: &[DVec3], weights: &[f64], i: usize, j: usize, frame: &Frame) 
         }
         // strut k is no nearer than i where p cos φ + q sin φ <= 0
         let apart = weights[k] * c - weights[i] * axes[i];
-        let (p, q) = (apart.dot(mid), apart.dot(frame.n));
+        let (p, q) = (apart.dot(mid), apart.dot(frame.n[0]));
         if p.hypot(q) < 1e-12 {
             continue;
         }

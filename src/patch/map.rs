@@ -120,7 +120,7 @@ impl<'a> SectorMap<'a> {
             (1.0 + t * t) * crease.stretch[end] * layout.corners[crease.corners[end]].k - raw_crease(crease, t)[0]
         });
         let f = &crease.frame;
-        let frame = [f.c[s.which], crease.sign * f.e[s.which], crease.sign * f.n];
+        let frame = [f.c[s.which], crease.sign * f.e[s.which], crease.sign * f.n[s.which]];
         let speeds = [0, 1].map(|end| radials[end].speed * layout.crease_scale(s, end));
         let mut map = SectorMap { crease, which: s.which, ends, cut: radials[0].cut, rim: s.t, frame, misses, speeds, turned: None };
         if !layout.uniform {
@@ -384,7 +384,7 @@ where
 fn raw_crease(crease: &Crease, t: f64) -> [DVec3; 3] {
     let f = &crease.frame;
     let m = crease.sign * f.wide[0] * (f.height[0] * f.c[0] + f.e[0]);
-    let n = crease.sign * 2.0 * f.n;
+    let n = crease.sign * 2.0 * f.n[0];
     [(1.0 - t * t) * m + t * n, -2.0 * t * m + n, -2.0 * m]
 }
 
