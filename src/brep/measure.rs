@@ -14,16 +14,14 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Gauss points per knot span beyond the degree, for one span per direction and at least; see
-/// `order`. Measured on exact quarter circles and 120° arcs (tests): one span with the first, or
-/// several with fewer, hold 1e-12 of volume and area.
-const MOST_EXTRA: usize = 10;
-const LEAST_EXTRA: usize = 4;
+/// Gauss points per knot span and direction, tried in turn until two agree: 15 serve most patches, those whose parameters run very
+/// unevenly need all.
+const POINTS: [usize; 7] = [10, 15, 22, 32, 46, 66, 96];
 
-/// Gauss points per span: a patch of few spans has long ones, whose weights vary most.
-fn order(degree: usize, spans: usize, finer: usize) -> usize {
-    degree + LEAST_EXTRA + (MOST_EXTRA - LEAST_EXTRA) / spans + finer
-}
+/// Parts by which volume and area may differ from those by fewer points. The error falls geometrically with the points (tests), so the
+/// finer of two rules is nearer by more. Measured on 56 patches of a random node that are accepted at 15: volumes within 1e-10, areas within 1e-6.
+const AGREE_VOLUME: f64 = 1e-7;
+const AGREE_AREA: f64 = 1e-5;
 
 /// What a body holds. mm, mm², mm³.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,6 +41,14 @@ pub struct Flux {
     pub volume: DVec3,
     /// ½ ∫ y_i² n_i dA: of a closed surface the first moment of volume.
     pub moment: DVec3,
+}
+
+impl Flux {
+    /// Whether another rule gives nearly the same.
+    fn agrees(&self, other: &Flux) -> bool {
+        let off = self.volume.distance(other.volume);
+        (self.area - other.area).abs() <= AGREE_AREA * self.area && off <= AGREE_VOLUME * self.volume.length()
+    }
 }
 
 impl std::ops::AddAssign for Flux {
@@ -114,11 +120,11 @@ fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Ci
     let origin = solid.centers[n];
     let mut sum = Flux::default();
     let mut area = 0.0;
-    let mut rule = None;
+    let mut rules = Rules::default();
     for face in &solid.faces()[faces] {
         match &face.surface {
             Surface::Spline(s) => {
-                let flux = flux(&solid.spline_surface(s, origin), 0, &mut rule);
+                let flux = rules.flux(&solid.spline_surface(s, origin));
                 area += flux.area;
                 sum += flux;
             }
@@ -153,20 +159,39 @@ pub fn disc_flux(circle: &Circle, sign: f64, origin: DVec3) -> Flux {
     Flux { area, volume: area * c * n, moment: 0.5 * area * square * n }
 }
 
-/// One patch, about its own origin, by Gauss's rule on every knot span; `finer` more points than
-/// usual, to see what the usual number leaves.
-pub fn patch_flux(s: &NurbsSurface, finer: usize) -> Flux {
-    flux(s, finer, &mut None)
+/// One patch, about its own origin, by Gauss's rule on every knot span.
+pub fn patch_flux(s: &NurbsSurface) -> Flux {
+    Rules::default().flux(s)
 }
 
-/// The same; `rules` are those of the patch before, taken over where they fit.
-fn flux(s: &NurbsSurface, finer: usize, rules: &mut Option<[Rule; 2]>) -> Flux {
+/// Rules of the last patch's knot vectors, which its neighbours mostly share; by place in `POINTS`.
+#[derive(Default)]
+struct Rules([Option<[Rule; 2]>; POINTS.len()]);
+
+impl Rules {
+    /// By more and more points until two rules agree.
+    fn flux(&mut self, s: &NurbsSurface) -> Flux {
+        let mut last = flux(s, self.get(s, 0));
+        for k in 1..POINTS.len() {
+            let next = flux(s, self.get(s, k));
+            if next.agrees(&last) {
+                return next;
+            }
+            last = next;
+        }
+        last
+    }
+
+    fn get(&mut self, s: &NurbsSurface, k: usize) -> &[Rule; 2] {
+        let kept = self.0[k].take().filter(|rules| [0, 1].iter().all(|&d| rules[d].table.fits(s.degree[d], &s.knots[d])));
+        self.0[k].insert(kept.unwrap_or_else(|| [0, 1].map(|d| Rule::new(s.degree[d], &s.knots[d], POINTS[k]))))
+    }
+}
+
+/// One patch by one rule.
+fn flux(s: &NurbsSurface, [us, vs]: &[Rule; 2]) -> Flux {
     let [nu, nv] = s.size();
     let [p, q] = s.degree;
-    if !rules.as_ref().is_some_and(|r| [0, 1].iter().all(|&k| r[k].table.fits(s.degree[k], &s.knots[k]))) {
-        *rules = None;
-    }
-    let [us, vs] = rules.get_or_insert_with(|| [0, 1].map(|k| Rule::new(s.degree[k], &s.knots[k], finer)));
     let points: Vec<DVec4> = s.points.iter().zip(&s.weights).map(|(&p, &w)| (p * w).extend(w)).collect();
     let mut out = Flux::default();
     // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
@@ -209,9 +234,9 @@ struct Rule {
 }
 
 impl Rule {
-    fn new(degree: usize, knots: &Arc<[f64]>, finer: usize) -> Rule {
+    fn new(degree: usize, knots: &Arc<[f64]>, points: usize) -> Rule {
         let breaks = breaks(degree, knots);
-        let rule = gauss::rule(order(degree, breaks.len() - 1, finer));
+        let rule = gauss::rule(points);
         let both = breaks.windows(2).flat_map(|part| rule.iter().map(move |&(x, w)| (part[0] + x * (part[1] - part[0]), w * (part[1] - part[0]))));
         let (parameters, weights): (Vec<f64>, Vec<f64>) = both.unzip();
         Rule { table: Table::new(degree, knots, parameters.into_iter()), weights }
@@ -250,7 +275,7 @@ mod tests {
     #[test]
     fn sphere_octant() {
         let half = 0.5f64.sqrt();
-        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 1.0, half), (0.0, 1.0, 1.0)], 2), 0);
+        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 1.0, half), (0.0, 1.0, 1.0)], 2));
         assert_close(flux.area, PI / 2.0, 1e-12);
         for k in 0..3 {
             assert_close(flux.volume[k], PI / 6.0, 1e-12);
@@ -260,7 +285,7 @@ mod tests {
 
     #[test]
     fn cylinder_quarter() {
-        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 3.0, 1.0)], 1), 0);
+        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 3.0, 1.0)], 1));
         assert_close(flux.area, 1.5 * PI, 1e-12);
         assert_close(flux.volume.x, 0.75 * PI, 1e-12);
         assert_close(flux.moment.x, 1.0, 1e-12);
@@ -272,7 +297,7 @@ mod tests {
         let half = 0.5f64.sqrt();
         let surface = quarter_turn(&[(4.0, 0.0, 1.0), (4.0, 1.0, half), (3.0, 1.0, 1.0)], 2);
         // Pappus: length of the tube's quarter times the way of its centroid.
-        assert_close(patch_flux(&surface, 0).area, PI / 2.0 * (3.0 * PI / 2.0 + 1.0), 1e-12);
+        assert_close(patch_flux(&surface).area, PI / 2.0 * (3.0 * PI / 2.0 + 1.0), 1e-12);
     }
 
     /// Each point more gains at least a digit on an arc of 90° (its nearest pole decides).
