@@ -165,7 +165,7 @@ fn exact_nodes() -> Vec<(&'static str, Layout)> {
     for (name, axes) in [("octahedron", octahedron()), ("random 5", random(3, 5, 40.0)), ("random 9", random(4, 9, 30.0))] {
         let star = unequal(axes);
         layouts.push((name, Layout::new(&star, &Cells::new(&star).unwrap()).unwrap()));
-        assert!(!layouts.last().unwrap().1.uniform);
+        assert!(layouts.last().unwrap().1.turned);
     }
     layouts
 }
@@ -174,7 +174,7 @@ fn exact_nodes() -> Vec<(&'static str, Layout)> {
 #[test]
 fn the_map_has_the_degrees_it_is_taken_for() {
     for (name, layout) in exact_nodes() {
-        let tables = if layout.uniform { Tables::new(6) } else { Tables::turned(6) };
+        let tables = if layout.turned { Tables::turned(6) } else { Tables::new(6) };
         let [along, across] = &tables.map;
         let at = |c: Vec<DVec3>, x: f64| c.iter().zip(basis(c.len() - 1, x)[0]).map(|(&c, b)| b * c).sum::<DVec3>();
         for k in 0..layout.sectors.len() {
@@ -195,7 +195,7 @@ fn crease_forms_reproduce_planes() {
     for p in [6, 8] {
         let below = Interpolation::new(p - 1);
         for (name, layout) in exact_nodes() {
-            let tables = if layout.uniform { Tables::new(p) } else { Tables::turned(p) };
+            let tables = if layout.turned { Tables::turned(p) } else { Tables::new(p) };
             for k in 0..layout.creases.len() {
                 let crease = &layout.creases[k];
                 let forms = CreaseForms::new(&tables, &layout, k);
@@ -232,7 +232,7 @@ fn crease_forms_reproduce_planes() {
 #[test]
 fn radial_forms_reproduce_planes_at_corners() {
     for (name, layout) in exact_nodes() {
-        let tables = if layout.uniform { Tables::new(6) } else { Tables::turned(6) };
+        let tables = if layout.turned { Tables::turned(6) } else { Tables::new(6) };
         for (k, sector) in layout.sectors.iter().enumerate() {
             let map = SectorMap::new(&layout, k);
             for end in 0..2 {

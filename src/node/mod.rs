@@ -70,6 +70,11 @@ impl Film {
     /// Run all steps of one method on one node.
     pub fn build(star: Star, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let cells = Cells::new(&star)?;
+        Film::of_cells(star, cells, method, fairing, levels)
+    }
+
+    /// The same with these cells.
+    pub fn of_cells(star: Star, cells: Cells, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let shape = match method {
             Method::SoapFilm => {
                 let mut control = film::control_mesh(&star, &cells);
