@@ -135,7 +135,8 @@ impl<'a> SectorMap<'a> {
         let speeds = [0, 1].map(|end| radials[end].speed * layout.crease_scale(s, end));
         // m_e / t_e; a miss of round-off has no direction
         let leans = [0, 1].map(|end| if misses[end].length() < ROUND_OFF { DVec3::ZERO } else { misses[end] / crease.t[end] });
-        let mut map = SectorMap { crease, which: s.which, ends, cut: radials[0].cut, rim: s.t, frame, misses, leans, speeds, turns: layout.turned, turned: None };
+        let mut map =
+            SectorMap { crease, which: s.which, ends, cut: radials[0].cut, rim: s.t, frame, misses, leans, speeds, turns: layout.turned, turned: None };
         if layout.turned {
             map.turned = Some(map.turn([0, 1].map(|end| layout.crease_scale(s, end))));
         }
