@@ -4,6 +4,7 @@ pub mod bernstein;
 pub mod gauss;
 pub mod nurbs;
 pub mod sparse;
+pub mod wide;
 
 use glam::DVec3;
 
