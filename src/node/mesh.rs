@@ -116,8 +116,8 @@ impl Folds {
 impl Mesh {
     /// `inward`: the facets that do not face outward.
     pub fn new(sleeves: Vec<Sleeve>, seams: Seams, levels: u32, inward: &[Facet]) -> Mesh {
-        // one facet in eight is enough to hit every cell that matters
-        const APART: usize = 2;
+        // one facet in 32 is enough to hit every cell that matters
+        const APART: usize = 4;
         let mut starts = vec![None; 6 * GRID * GRID];
         for (arm, sleeve) in sleeves.iter().enumerate() {
             for row in (0..sleeve.layers).step_by(APART) {
@@ -219,31 +219,35 @@ impl<'a> Caster<'a> {
         let sleeve = &self.mesh.sleeves[facet.arm];
         let [a, b, c] = self.mesh.corners(facet);
         let [third, first, second] = sides([a, b, c], u);
-        let sum = first + second + third;
-        let p = (first * a + second * b + third * c) / sum;
-        let mut normal = DVec3::ZERO;
-        let mut lift = 0.0;
+        let scale = 1.0 / (first + second + third);
+        let (first, second, third) = (first * scale, second * scale, third * scale);
+        let p = first * a + second * b + third * c;
         let [i, j, k] = facet.corners();
-        for ((row, column), corner, weight) in [(i, a, first), (j, b, second), (k, c, third)] {
-            let n = sleeve.normal(row, column);
-            normal += weight / sum * n;
-            lift += 0.5 * weight / sum * n.dot(corner - p);
-        }
-        let normal = normal.normalize();
+        let (na, nb, nc) = (sleeve.normal(i.0, i.1), sleeve.normal(j.0, j.1), sleeve.normal(k.0, k.1));
+        let normal = (first * na + second * nb + third * nc).normalize();
+        let lift = 0.5 * (first * na.dot(a - p) + second * nb.dot(b - p) + third * nc.dot(c - p));
         // steep facets: the lift along the ray is bounded by the size of the facet
         let along = lift / normal.dot(u).max(0.2);
-        let size = a.distance(b).max(b.distance(c));
-        Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
+        let most = 0.2 * a.distance_squared(b).max(b.distance_squared(c)).sqrt();
+        Some(Hit { distance: p.length() + along.clamp(-most, most), normal })
     }
 
     /// The facet that holds the ray.
     fn find(&self, u: DVec3) -> Option<Facet> {
+        const NEAR: f64 = 0.995; // cosine
         let mesh = self.mesh;
-        let place = cell(u);
-        let known = || mesh.starts[place].unwrap_or(self.at);
-        let (p, near) = (mesh.corners(self.at)[0], 0.995);
+        let p = mesh.sleeves[self.at.arm].point(self.at.row, self.at.column);
         let along = p.dot(u);
-        let (first, second) = if along > 0.0 && along * along > near * near * p.length_squared() { (self.at, known()) } else { (known(), self.at) };
+        let near = along > 0.0 && along * along > NEAR * NEAR * p.length_squared();
+        if near
+            && mesh.folds.is_none()
+            && let Some(facet) = self.walk(self.at, u, MOST_LEAPS)
+        {
+            return Some(facet);
+        }
+        let place = cell(u);
+        let known = mesh.starts[place].unwrap_or(self.at);
+        let (first, second) = if near { (self.at, known) } else { (known, self.at) };
         // where the film is folded the way decides which facet is met: it goes step by step
         let single = mesh.folds.as_ref().is_none_or(|f| !f.cells[place]);
         let quick = if single { self.walk(first, u, MOST_LEAPS) } else { None };
@@ -253,7 +257,7 @@ impl<'a> Caster<'a> {
     /// The facet that holds the ray, by walking from `facet` towards it, with some leaps at first; none where that does not lead there.
     fn walk(&self, mut facet: Facet, u: DVec3, mut leaps: usize) -> Option<Facet> {
         const MOST_STEPS: usize = 200;
-        let mut from = None;
+        let mut from = 3;
         for _ in 0..MOST_STEPS {
             let corners = self.mesh.corners(facet);
             let side = sides(corners, u);
@@ -264,19 +268,21 @@ impl<'a> Caster<'a> {
                 leaps -= 1;
                 let far = self.leap(facet, side);
                 if far != facet {
-                    (facet, from) = (far, None);
+                    (facet, from) = (far, 3);
                     continue;
                 }
             }
-            let mut worst = None;
-            let mut least = 0.0;
-            for (k, &side) in side.iter().enumerate() {
-                if side < least && from != Some(k) && self.mesh.goes_on(facet, k) {
-                    (worst, least) = (Some(k), side);
+            // the edge that the ray passes farthest out, but for the one across which the way came, and rims
+            let (mut worst, mut least) = (3, 0.0);
+            for k in 0..3 {
+                if side[k] < least && k != from && self.mesh.goes_on(facet, k) {
+                    (worst, least) = (k, side[k]);
                 }
             }
-            let (next, edge) = self.mesh.across(facet, worst?);
-            (facet, from) = (next, Some(edge));
+            if worst == 3 {
+                return None;
+            }
+            (facet, from) = self.mesh.across(facet, worst);
         }
         None
     }

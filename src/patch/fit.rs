@@ -302,9 +302,9 @@ fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, ow
 pub struct Samples {
     along: Direction,
     across: Direction,
-    /// Products of two basis values across, from `RIM_ROWS` on, `[j * rows + l]` and padded for each sample.
+    /// Products of two basis values across, from `RIM_ROWS` on: the lower triangle row by row, padded for each sample.
     products: Vec<f64>,
-    /// What remains of the Gram matrices across from `RIM_ROWS` on, padded.
+    /// What remains of the Gram matrices across from `RIM_ROWS` on, likewise.
     gram_rows: [Vec<f64>; 3],
     /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`: rows padded.
     bends: Vec<f64>,
@@ -344,8 +344,8 @@ impl Samples {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let (along, across) = (Direction::new(np, &tables.map[0]), Direction::new(n, &tables.map[1]));
         let flat = |entry: &dyn Fn(usize, usize) -> f64| {
-            let mut out = square(rows, entry);
-            out.resize(padded(rows * rows), 0.0);
+            let mut out: Vec<f64> = (0..rows).flat_map(|j| (0..=j).map(move |l| entry(j, l))).collect();
+            out.resize(padded(out.len()), 0.0);
             out
         };
         let gram_rows = [0, 1, 2].map(|order| flat(&|j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
@@ -429,7 +429,8 @@ impl Loops for Quadratic<'_> {
         let Quadratic { samples, weights, plate, np, rows } = self;
         let (size, m) = (padded(np * rows), padded(samples.across.rule.len()));
         let mut energy = vec![0.0; np * rows * size];
-        let mut block = vec![0.0; padded(rows * rows)];
+        let triangle = samples.gram_rows[0].len();
+        let mut block = vec![0.0; triangle];
         let mut line = vec![0.0; m];
         for i in 0..np {
             for k in 0..=i {
@@ -438,16 +439,18 @@ impl Loops for Quadratic<'_> {
                     axpy(&mut line, along[i] * along[k], weights);
                 }
                 block.fill(0.0);
-                for (f, products) in line.iter().zip(samples.products.chunks_exact(padded(rows * rows))) {
+                for (f, products) in line.iter().zip(samples.products.chunks_exact(triangle)) {
                     axpy(&mut block, *f, products);
                 }
                 for (order, f) in plate.into_iter().enumerate() {
                     axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
                 }
-                for (j, line) in block[..rows * rows].chunks_exact(rows).enumerate() {
-                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
-                    for (l, &x) in line.iter().enumerate() {
-                        (energy[at + l], energy[mirrored + l]) = (x, x);
+                let mut entries = block.iter();
+                for j in 0..rows {
+                    for (l, &x) in (0..=j).zip(&mut entries) {
+                        for (r, c) in [(i * rows + j, k * rows + l), (i * rows + l, k * rows + j), (k * rows + j, i * rows + l), (k * rows + l, i * rows + j)] {
+                            energy[r * size + c] = x;
+                        }
                     }
                 }
             }
