@@ -1,5 +1,6 @@
 //! A refined film, its facets, and ray casting from the node by walking over them.
 
+use crate::math::{Loops, vectorised};
 use crate::node::Hit;
 use crate::node::sleeve::{Place, Seams, Sleeve};
 use glam::DVec3;
@@ -61,6 +62,7 @@ struct Folds {
 const GRID: usize = 16;
 
 /// The cube map cell of a direction.
+#[inline(always)]
 fn cell(u: DVec3) -> usize {
     let m = u.abs();
     let (face, a, b, c) = if m.x >= m.y && m.x >= m.z {
@@ -151,6 +153,7 @@ impl Mesh {
     }
 
     /// The facet across edge k, and which of its edges that is.
+    #[inline(always)]
     fn across(&self, facet: Facet, k: usize) -> (Facet, usize) {
         let Facet { arm, row, column, half } = facet;
         let sleeve = &self.sleeves[arm];
@@ -205,6 +208,21 @@ pub struct Caster<'a> {
     at: Facet,
 }
 
+/// One ray: not many numbers at once, but the instructions of wide vectors need fewer moves.
+struct Ray<'a, 'b> {
+    caster: &'a mut Caster<'b>,
+    direction: DVec3,
+}
+
+impl Loops for Ray<'_, '_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Hit> {
+        self.caster.cast(self.direction)
+    }
+}
+
 impl<'a> Caster<'a> {
     pub fn new(mesh: &'a Mesh) -> Self {
         Caster { mesh, at: Facet { arm: 0, row: 0, column: 0, half: 0 } }
@@ -213,6 +231,11 @@ impl<'a> Caster<'a> {
     /// Where the ray meets the mesh. The facets are lifted towards the smooth surface by their vertex normals:
     /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
+        vectorised(Ray { caster: self, direction })
+    }
+
+    #[inline(always)]
+    fn cast(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
         let facet = self.find(u)?;
         self.at = facet;
@@ -233,6 +256,7 @@ impl<'a> Caster<'a> {
     }
 
     /// The facet that holds the ray.
+    #[inline(always)]
     fn find(&self, u: DVec3) -> Option<Facet> {
         const NEAR: f64 = 0.995; // cosine
         let mesh = self.mesh;
@@ -255,6 +279,7 @@ impl<'a> Caster<'a> {
     }
 
     /// The facet that holds the ray, by walking from `facet` towards it, with some leaps at first; none where that does not lead there.
+    #[inline(always)]
     fn walk(&self, mut facet: Facet, u: DVec3, mut leaps: usize) -> Option<Facet> {
         const MOST_STEPS: usize = 200;
         let mut from = 3;
@@ -288,6 +313,7 @@ impl<'a> Caster<'a> {
     }
 
     /// Where the ray would be, in the same sleeve, if rows and columns went on as they do at a facet; `side` are its `sides`.
+    #[inline(always)]
     fn leap(&self, facet: Facet, side: [f64; 3]) -> Facet {
         let sleeve = &self.mesh.sleeves[facet.arm];
         let sum = side[0] + side[1] + side[2];
