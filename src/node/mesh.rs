@@ -333,13 +333,29 @@ impl<'a> Caster<'a> {
 
     /// All facets, the outermost hit first.
     fn search(&self, u: DVec3) -> Option<Facet> {
-        let first = |f: Facet| self.mesh.sleeves[f.arm].point(f.row, f.column);
-        let reach = |f: Facet| first(f).dot(u);
         // a facet that holds the ray has no vertex farther from it than its longest edge
         let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq(self.mesh) * (1.0 + 1e-9));
-        let near = |f: Facet| reach(f) > 0.0 && first(f).length_squared() - reach(f).powi(2) <= reach_sq;
-        let inside = |f: Facet| holds(self.mesh.corners(f), sides(self.mesh.corners(f), u));
-        self.mesh.facets().filter(|&f| near(f) && inside(f)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+        let (mut found, mut farthest) = (None, 0.0);
+        for (arm, sleeve) in self.mesh.sleeves.iter().enumerate() {
+            for row in 0..sleeve.layers {
+                let [x, y, z, ..] = sleeve.row(row).map(|part| &part[1..=sleeve.columns]);
+                for (column, (&x, (&y, &z))) in x.iter().zip(y.iter().zip(z)).enumerate() {
+                    // the first vertex of both facets of a quad
+                    let p = DVec3::new(x, y, z);
+                    let reach = p.dot(u);
+                    if reach < farthest || p.length_squared() - reach * reach > reach_sq {
+                        continue;
+                    }
+                    for facet in [0, 1].map(|half| Facet { arm, row, column, half }) {
+                        let corners = self.mesh.corners(facet);
+                        if holds(corners, sides(corners, u)) {
+                            (found, farthest) = (Some(facet), reach);
+                        }
+                    }
+                }
+            }
+        }
+        found
     }
 }
 
