@@ -9,6 +9,7 @@ use super::error::BrepError;
 use super::model::{Circle, Solid, Surface};
 use crate::math::gauss;
 use crate::math::nurbs::{NurbsSurface, Sample, Table, breaks};
+use crate::math::{Loops, vectorised};
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -193,37 +194,54 @@ fn flux(s: &NurbsSurface, [us, vs]: &[Rule; 2]) -> Flux {
     let [nu, nv] = s.size();
     let [p, q] = s.degree;
     let points: Vec<DVec4> = s.points.iter().zip(&s.weights).map(|(&p, &w)| (p * w).extend(w)).collect();
-    let mut out = Flux::default();
-    // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
-    let mut column = vec![[DVec4::ZERO; 2]; nv];
     debug_assert_eq!(points.len(), nu * nv);
-    for (u, wu) in us.points() {
-        for (j, c) in column.iter_mut().enumerate() {
-            *c = [DVec4::ZERO; 2];
+    vectorised(Integral { points, nv, degree: [p, q], rules: [us, vs] })
+}
+
+/// The integrals over a patch; `points`: (weight · point, weight), `nv` for each u.
+struct Integral<'a> {
+    points: Vec<DVec4>,
+    nv: usize,
+    degree: [usize; 2],
+    rules: [&'a Rule; 2],
+}
+
+impl Loops for Integral<'_> {
+    type Output = Flux;
+
+    #[inline(always)]
+    fn run(self) -> Flux {
+        let Integral { points, nv, degree: [p, q], rules: [us, vs] } = self;
+        let mut out = Flux::default();
+        // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
+        let mut column = vec![[DVec4::ZERO; 2]; nv];
+        for (u, wu) in us.points() {
+            column.fill([DVec4::ZERO; 2]);
             for r in 0..=p {
-                let h = points[(u.first + r) * nv + j];
-                c[0] += u.value[r] * h;
-                c[1] += u.slope[r] * h;
+                let (value, slope) = (u.value[r], u.slope[r]);
+                for (c, &h) in column.iter_mut().zip(&points[(u.first + r) * nv..]) {
+                    c[0] += value * h;
+                    c[1] += slope * h;
+                }
+            }
+            for (v, wv) in vs.points() {
+                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+                for (c, (&value, &slope)) in column[v.first..=v.first + q].iter().zip(v.value.iter().zip(&v.slope)) {
+                    a += value * c[0];
+                    av += slope * c[0];
+                    au += value * c[1];
+                }
+                let y = a.truncate() / a.w;
+                let du = (au.truncate() - au.w * y) / a.w;
+                let dv = (av.truncate() - av.w * y) / a.w;
+                let n = du.cross(dv) * (wu * wv);
+                out.area += n.length();
+                out.volume += y * n;
+                out.moment += 0.5 * y * y * n;
             }
         }
-        for (v, wv) in vs.points() {
-            let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
-            for r in 0..=q {
-                let c = &column[v.first + r];
-                a += v.value[r] * c[0];
-                av += v.slope[r] * c[0];
-                au += v.value[r] * c[1];
-            }
-            let y = a.truncate() / a.w;
-            let du = (au.truncate() - au.w * y) / a.w;
-            let dv = (av.truncate() - av.w * y) / a.w;
-            let n = du.cross(dv) * (wu * wv);
-            out.area += n.length();
-            out.volume += y * n;
-            out.moment += 0.5 * y * y * n;
-        }
+        out
     }
-    out
 }
 
 /// Gauss's rule on the knot spans of one parameter: the basis functions at its points, and their weights (shares of the

@@ -14,6 +14,7 @@ pub mod film;
 pub mod level_set;
 pub mod mesh;
 pub mod refine;
+pub mod sleeve;
 pub mod star;
 
 pub use cells::Cells;
@@ -79,7 +80,7 @@ impl Film {
             Method::SoapFilm => {
                 let mut control = film::control_mesh(&star, &cells);
                 fair::fair(&mut control, fairing)?;
-                Shape::Soap(refine::refine(control, &star, levels))
+                Shape::Soap(refine::refine(&control, &star, levels))
             }
             Method::LevelSet => Shape::LevelSet(LevelSet::new(&star)),
         };
