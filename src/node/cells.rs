@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 
 /// Corners nearer than this (radians) are one corner: sectors between them would be slivers, and below 5e-5 thinner than readers' tolerance on
 /// usual models.
-pub const SNAP: f64 = 0.02;
+pub const SNAP: f64 = 0.04;
 
 /// The same where no skin serves with corners joined so far.
 pub const LEAST_SNAP: f64 = 5e-5;
