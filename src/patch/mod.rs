@@ -81,6 +81,11 @@ const STIFFNESS: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 /// The same for fine layouts, where stiffness counts what the surface moves: the first whose skin passes the checks is taken.
 const FINE_STIFFNESS: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
+/// Weights that bend more than this (`skin::bend`) are not taken at once: a stiffer net is tried, and they are taken only if none serves. Reason: a needle in
+/// the weights makes the surface's parameters run so unevenly that readers may lose the patch. Measured on a shrunk real lattice, 4,238 patches: 99 % stay
+/// below 6 and 99.9 % below 25; the one that OCC 8 found invalid has 122.
+const EVEN_BEND: f64 = 15.0;
+
 /// A skin that passed the patch layer's checks.
 pub struct Fitted {
     pub skin: Skin,
@@ -129,16 +134,24 @@ pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, S
     let (tables, samples) = degree.tables(layout.turned);
     let problem = fit::Problem::new(tables, samples, layout, film)?;
     let mut reason = String::new();
+    let mut uneven = None;
     for &stiffness in if layout.fine { &FINE_STIFFNESS[..] } else { &STIFFNESS[..] } {
-        match problem.solve(stiffness).and_then(|fit| skin::skin(tables, layout, &fit)) {
-            Ok(skin) => match accepted(skin, film) {
-                Err(e) if layout.fine => reason = e,
-                done => return done,
+        let solved = problem.solve(stiffness).and_then(|fit| Ok((skin::bend(tables, &fit), skin::skin(tables, layout, &fit)?)));
+        match solved {
+            Ok((bend, skin)) => match accepted(skin, film) {
+                Ok(fitted) if bend <= EVEN_BEND => return Ok(fitted),
+                Ok(fitted) => _ = uneven.get_or_insert(fitted),
+                Err(e) => {
+                    reason = e;
+                    if !layout.fine {
+                        break;
+                    }
+                }
             },
             Err(e) => reason = e,
         }
     }
-    Err(reason)
+    uneven.ok_or(reason)
 }
 
 fn accepted(skin: Skin, film: &Film) -> Result<Fitted, String> {
