@@ -86,6 +86,9 @@ const FINE_STIFFNESS: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 /// below 6 and 99.9 % below 25; the one that OCC 8 found invalid has 122.
 const EVEN_BEND: f64 = 15.0;
 
+/// Weights that bend more than this are not taken at all.
+const MOST_BEND: f64 = 100.0;
+
 /// A skin that passed the patch layer's checks.
 pub struct Fitted {
     pub skin: Skin,
@@ -138,6 +141,7 @@ pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, S
     for &stiffness in if layout.fine { &FINE_STIFFNESS[..] } else { &STIFFNESS[..] } {
         let solved = problem.solve(stiffness).and_then(|fit| Ok((skin::bend(tables, &fit), skin::skin(tables, layout, &fit)?)));
         match solved {
+            Ok((bend, _)) if bend > MOST_BEND => reason = format!("the skin's weights bend {bend:.0}-fold (largest allowed {MOST_BEND})"),
             Ok((bend, skin)) => match accepted(skin, film) {
                 Ok(fitted) if bend <= EVEN_BEND => return Ok(fitted),
                 Ok(fitted) => _ = uneven.get_or_insert(fitted),
