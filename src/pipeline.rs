@@ -1,6 +1,6 @@
 //! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
-use crate::brep::{self, AssembleOptions, BrepError, Crossing, Model, Other, QualityLimits, Surface};
+use crate::brep::{self, AssembleOptions, BrepError, Crossing, Model, Other, QualityLimits};
 use crate::cuts::{Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
@@ -15,6 +15,7 @@ use crate::settle::{Settled, Settling};
 use crate::step;
 use glam::DVec3;
 use std::io::Write;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Samples along each patch side in the checks before writing.
@@ -76,7 +77,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let (Settled { graph, cuts, shrunk, built }, model, crossings) = loop {
         let settled = clock.time("nodes", || settling.settle(&begin, &|| progress.advance(1)))?;
         progress.stage("solids", 0, "");
-        let skins: Vec<Option<&Skin>> = settled.built.iter().map(|b| b.as_ref().map(|b| &b.skin)).collect();
+        let skins: Vec<Option<Arc<Skin>>> = settled.built.iter().map(|b| b.as_ref().map(|b| b.skin.clone())).collect();
         let assemble = AssembleOptions { caps: options.caps };
         let model = clock.time("assembly", || brep::assemble(&settled.graph, &skins, &assemble)).map_err(internal)?;
         let crossings = clock.time("checks", || brep::crossings(&model));
@@ -134,7 +135,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
 }
 
 /// Write the solids as STEP; adds size and time to the report.
-pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progress: &dyn Progress) -> std::io::Result<()> {
+pub fn write(solved: &mut Solved, options: &Options, out: &mut (dyn Write + Send), progress: &dyn Progress) -> std::io::Result<()> {
     progress.stage("writing", 0, "");
     let start = Instant::now();
     let mut out = Counting { inner: out, bytes: 0 };
@@ -244,14 +245,12 @@ fn counts(model: &Model) -> Counts {
         counts.faces += c.faces;
         counts.edges += c.edges;
         counts.vertices += c.vertices;
-        for face in solid.faces() {
-            match face.surface {
-                Surface::Strut(k) if solid.slopes[k] == 0.0 => counts.cylinders += 1,
-                Surface::Strut(_) => counts.cones += 1,
-                Surface::Spline(_) => counts.patches += 1,
-                Surface::Plane { .. } | Surface::Sphere { .. } => counts.caps += 1,
-            }
-        }
+        let cylinders = solid.slopes.iter().filter(|&&slope| slope == 0.0).count();
+        let caps = solid.cap_count();
+        counts.cylinders += cylinders;
+        counts.cones += solid.struts.len() - cylinders;
+        counts.caps += caps;
+        counts.patches += c.faces - solid.struts.len() - caps;
     }
     counts.genus = counts.struts as i64 - counts.nodes as i64 + counts.components as i64;
     counts
@@ -281,7 +280,7 @@ impl Clock {
 }
 
 struct Counting<'a> {
-    inner: &'a mut dyn Write,
+    inner: &'a mut (dyn Write + Send),
     bytes: u64,
 }
 

@@ -48,7 +48,7 @@ pub enum StepError {
 }
 
 /// Write the model as one part with one solid per component. `out` should be buffered.
-pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl Write) -> Result<Written, StepError> {
+pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
     check(model, facts, options)?;
     let mut next = FIRST;
     let numbers: Vec<Numbers> = model

@@ -121,6 +121,6 @@ pub fn tapered_row(origin: DVec3, direction: DVec3, length: f64, radii: &[f64], 
 }
 
 /// As `assemble` takes them.
-pub fn borrowed(skins: &[Option<Skin>]) -> Vec<Option<&Skin>> {
-    skins.iter().map(Option::as_ref).collect()
+pub fn shared(skins: &[Option<Skin>]) -> Vec<Option<Arc<Skin>>> {
+    skins.iter().map(|skin| skin.clone().map(Arc::new)).collect()
 }
