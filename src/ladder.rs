@@ -7,7 +7,6 @@ use crate::options::Options;
 use crate::patch::check::Quality;
 use crate::patch::layout::Layout;
 use crate::patch::{self, Degree, Fitted, Rim, Skin};
-use std::sync::Arc;
 
 /// Degree of the patches, and of those with more control points.
 const DEGREE: usize = 6;
@@ -44,7 +43,7 @@ pub enum Rung {
 
 /// A node that was built.
 pub struct Built {
-    pub skin: Arc<Skin>,
+    pub skin: Skin,
     pub rung: Rung,
     pub quality: Quality,
     /// Why each higher rung failed.
@@ -55,7 +54,7 @@ pub struct Built {
 pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {
     if star.degree() == 1 {
         let rims = vec![Rim { axis: star.axes[0], cut: 0.0, radius: 1.0, taper: star.tapers[0], arcs: vec![] }];
-        return Ok(Built { skin: Arc::new(Skin { rims, ..Skin::default() }), rung: Rung::End, quality: Quality::default(), reasons: vec![] });
+        return Ok(Built { skin: Skin { rims, ..Skin::default() }, rung: Rung::End, quality: Quality::default(), reasons: vec![] });
     }
     let mut reasons = Vec::new();
     let film = |method| Film::build(star.clone(), method, options.fairing, options.levels);
@@ -108,5 +107,5 @@ fn both(usual: String, fine: String) -> String {
 }
 
 fn built(fitted: Fitted, rung: Rung, reasons: Vec<String>) -> Built {
-    Built { skin: Arc::new(fitted.skin), rung, quality: fitted.quality, reasons }
+    Built { skin: fitted.skin, rung, quality: fitted.quality, reasons }
 }

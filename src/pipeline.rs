@@ -7,15 +7,14 @@ use crate::graph::check::Overlaps;
 use crate::graph::proximity::{NearMiss, near_misses};
 use crate::graph::{self, Graph, Lattice};
 use crate::ids::{NodeId, StrutId};
-use crate::ladder::{Built, Rung};
+use crate::ladder::Rung;
 use crate::options::Options;
-use crate::patch::Skin;
+use crate::patch::Shelved;
 use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
-use crate::settle::{Settled, Settling};
+use crate::settle::{Kept, Settled, Settling};
 use crate::step;
 use glam::DVec3;
 use std::io::Write;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Samples along each patch side in the checks before writing.
@@ -77,7 +76,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let (Settled { graph, cuts, shrunk, built }, model, crossings) = loop {
         let settled = clock.time("nodes", || settling.settle(&begin, &|| progress.advance(1)))?;
         progress.stage("solids", 0, "");
-        let skins: Vec<Option<Arc<Skin>>> = settled.built.iter().map(|b| b.as_ref().map(|b| b.skin.clone())).collect();
+        let skins: Vec<Option<Shelved>> = settled.built.iter().map(|b| b.as_ref().map(|b| b.skin.clone())).collect();
         let assemble = AssembleOptions { caps: options.caps };
         let model = clock.time("assembly", || brep::assemble(&settled.graph, &skins, &assemble)).map_err(internal)?;
         let crossings = clock.time("checks", || brep::crossings(&model));
@@ -185,8 +184,8 @@ struct NodeFacts {
 }
 
 impl NodeFacts {
-    fn of(built: &Built) -> NodeFacts {
-        let Built { rung, quality, reasons, .. } = built;
+    fn of(built: &Kept) -> NodeFacts {
+        let Kept { rung, quality, reasons, .. } = built;
         NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation }
     }
 }

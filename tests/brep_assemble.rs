@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 const SPHERE: AssembleOptions = AssembleOptions { caps: Caps::Sphere };
 
 fn build(case: &(Graph, Vec<Option<Skin>>), options: &AssembleOptions) -> Model {
-    let model = assemble(&case.0, &skins::shared(&case.1), options).unwrap();
+    let model = assemble(&case.0, &skins::shelved(&case.1), options).unwrap();
     check_topology(&model).unwrap();
     model
 }
@@ -238,7 +238,7 @@ fn names_of_faces() {
 // Each invariant broken on purpose.
 
 fn fault(case: &(Graph, Vec<Option<Skin>>)) -> BrepError {
-    assemble(&case.0, &skins::shared(&case.1), &AssembleOptions::default()).unwrap_err().remove(0)
+    assemble(&case.0, &skins::shelved(&case.1), &AssembleOptions::default()).unwrap_err().remove(0)
 }
 
 #[test]
@@ -356,7 +356,7 @@ fn an_inside_out_node_is_found() {
     for patch in &mut skin.patches {
         patch.surface.points.iter_mut().for_each(|p| *p = -4.0 * *p);
     }
-    let found = measure(&assemble(&case.0, &skins::shared(&case.1), &AssembleOptions::default()).unwrap().solids[0]).unwrap_err();
+    let found = measure(&assemble(&case.0, &skins::shelved(&case.1), &AssembleOptions::default()).unwrap().solids[0]).unwrap_err();
     assert!(matches!(found, BrepError::InsideOut { node: NodeId(1), .. }), "{found}");
 }
 
@@ -366,7 +366,7 @@ fn gaps_jumps_and_folds_are_found_where_they_are() {
     let found = |change: &dyn Fn(&mut Skin)| {
         let mut case = long();
         change(case.1[2].as_mut().unwrap());
-        let q = quality(&assemble(&case.0, &skins::shared(&case.1), &AssembleOptions::default()).unwrap(), 9, &[]);
+        let q = quality(&assemble(&case.0, &skins::shelved(&case.1), &AssembleOptions::default()).unwrap(), 9, &[]);
         (q, q.check(&limits).unwrap_err())
     };
     // A middle control point of the inner circle, in one patch alone: gap and jump.

@@ -10,14 +10,14 @@ use lattice_brep::step::*;
 fn model(caps: Caps) -> Model {
     let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
     let (graph, skins) = skins::row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, 0.5, &turns);
-    let model = assemble(&graph, &skins::shared(&skins), &AssembleOptions { caps }).unwrap();
+    let model = assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap();
     check_topology(&model).unwrap();
     model
 }
 
 fn single(caps: Caps) -> Model {
     let (graph, skins) = skins::row(DVec3::ZERO, DVec3::new(1.0, 2.0, 2.0), 6.0, 0.5, &[]);
-    assemble(&graph, &skins::shared(&skins), &AssembleOptions { caps }).unwrap()
+    assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap()
 }
 
 /// Radii of a row: cones that grow and shrink, and a cylinder.
@@ -26,12 +26,12 @@ const RADII: [f64; 7] = [0.3, 0.5, 0.5, 1.4, 0.9, 0.8, 0.801];
 fn tapered(caps: Caps) -> Model {
     let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
     let (graph, skins) = skins::tapered_row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, &RADII, &turns);
-    assemble(&graph, &skins::shared(&skins), &AssembleOptions { caps }).unwrap()
+    assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap()
 }
 
 fn single_tapered(caps: Caps, radii: [f64; 2]) -> Model {
     let (graph, skins) = skins::tapered_row(DVec3::ZERO, DVec3::new(1.0, 2.0, 2.0), 6.0, &radii, &[]);
-    assemble(&graph, &skins::shared(&skins), &AssembleOptions { caps }).unwrap()
+    assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap()
 }
 
 fn text(model: &Model, options: &StepOptions) -> String {

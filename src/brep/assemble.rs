@@ -8,11 +8,10 @@ use super::seam::{self, Seam};
 use crate::graph::components::{Members, components};
 use crate::graph::{Arm, End, Graph};
 use crate::ids::{NodeId, StrutId};
-use crate::patch::Skin;
+use crate::patch::{Rim, Shelved, Skin};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 /// How a strut ends at a degree-1 node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,7 +38,7 @@ const RADIUS_TOLERANCE: f64 = 1e-12;
 ///
 /// `skins` is indexed by `NodeId`; nodes without struts have none. Returns the first fault of each
 /// component that has one, in order.
-pub fn assemble(graph: &Graph, skins: &[Option<Arc<Skin>>], options: &AssembleOptions) -> Result<Model, Vec<BrepError>> {
+pub fn assemble(graph: &Graph, skins: &[Option<Shelved>], options: &AssembleOptions) -> Result<Model, Vec<BrepError>> {
     let mut solids = vec![];
     let mut faults = vec![];
     for component in components(graph).members() {
@@ -53,8 +52,24 @@ pub fn assemble(graph: &Graph, skins: &[Option<Arc<Skin>>], options: &AssembleOp
 
 struct Builder<'a> {
     graph: &'a Graph,
-    skins: &'a [Option<Arc<Skin>>],
+    skins: &'a [Option<Shelved>],
     caps: Caps,
+}
+
+/// What a look at a node's skin shows.
+struct Outline {
+    vertices: u32,
+    edges: u32,
+    patches: u32,
+    /// The rim of each arm, or what is wrong with it.
+    rims: Vec<Result<Outlined, BrepError>>,
+}
+
+/// A rim: its centre and radius (mm), and its vertices, counter-clockwise about the outward axis: position in the skin, place (mm).
+struct Outlined {
+    center: DVec3,
+    radius: f64,
+    vertices: Vec<(u32, DVec3)>,
 }
 
 /// Rims and seam of one strut, before vertices are numbered.
@@ -67,7 +82,7 @@ struct Placed {
 
 struct PlacedEnd {
     /// The vertex of the node's skin where the seam ends; none where the seam has a vertex of its own.
-    vertex: Option<usize>,
+    vertex: Option<u32>,
     point: DVec3,
     split: Option<u32>,
     closed: bool,
@@ -76,20 +91,21 @@ struct PlacedEnd {
 impl Builder<'_> {
     fn solid(&self, component: Members) -> Result<Solid, BrepError> {
         let Members { nodes, struts } = component;
+        let outlines: Vec<Outline> = nodes.par_iter().map(|&node| self.outline(node)).collect::<Result<_, _>>()?;
         let (mut next, mut first) = (First::default(), vec![]);
-        for &node in &nodes {
-            let skin = self.skin(node)?;
-            let found = skin.rims.len();
-            let wanted = self.graph.degree(node);
-            if found != wanted {
-                return Err(BrepError::RimCount { node, found, wanted });
-            }
+        for outline in &outlines {
             first.push(next);
-            next.vertex += skin.vertices.len() as u32;
+            next.vertex += outline.vertices;
         }
         first.push(next);
         let of_node = |node: NodeId| nodes.binary_search(&node).expect("the node belongs to the component");
-        let placed: Vec<Placed> = struts.par_iter().map(|&strut| self.place(strut)).collect::<Result<_, _>>()?;
+        let rim = |arm: Arm| {
+            let node = self.graph.near(arm);
+            let position = self.graph.arms(node).iter().position(|&a| a == arm).expect("an arm is listed at its node");
+            outlines[of_node(node)].rims[position].as_ref().map_err(Clone::clone)
+        };
+        let place = |&strut: &StrutId| self.place(strut, [rim(Arm { strut, end: End::A })?, rim(Arm { strut, end: End::B })?]);
+        let placed: Vec<Placed> = struts.par_iter().map(place).collect::<Result<_, _>>()?;
         let ends: Vec<[u32; 2]> = struts.iter().map(|s| self.graph.struts()[s.index()]).map(|s| [s.a, s.b].map(|n| of_node(n) as u32)).collect();
 
         // vertices that no skin has
@@ -104,7 +120,7 @@ impl Builder<'_> {
             .map(|(placed, ends)| {
                 [0, 1].map(|e| {
                     let PlacedEnd { vertex, point, split, closed } = placed.ends[e];
-                    let vertex = vertex.map_or_else(|| add(point), |v| first[ends[e] as usize].vertex + v as u32);
+                    let vertex = vertex.map_or_else(|| add(point), |v| first[ends[e] as usize].vertex + v);
                     StrutEnd { vertex, point, split, closed }
                 })
             })
@@ -123,13 +139,12 @@ impl Builder<'_> {
         let mut poles = vec![];
         next.face = struts.len() as u32;
         for (n, &node) in nodes.iter().enumerate() {
-            let skin = self.skin(node)?;
             let arms = &arms[first_arm[n] as usize..first_arm[n + 1] as usize];
             let ends = || arms.iter().map(|&(k, end)| &strut_ends[k as usize][end as usize]);
             let is_capped = ends().len() == 1 && ends().all(|end| end.closed);
             (first[n].edge, first[n].face) = (next.edge, next.face);
-            next.edge += (skin.edges.len() + ends().filter(|end| end.split.is_some()).count()) as u32;
-            next.face += skin.patches.len() as u32 + is_capped as u32;
+            next.edge += outlines[n].edges + ends().filter(|end| end.split.is_some()).count() as u32;
+            next.face += outlines[n].patches + is_capped as u32;
             if is_capped && self.caps == Caps::Sphere {
                 poles.push(n as u32);
                 let (k, end) = arms[0];
@@ -161,7 +176,7 @@ impl Builder<'_> {
         Ok(solid)
     }
 
-    fn skin(&self, node: NodeId) -> Result<&Arc<Skin>, BrepError> {
+    fn skin(&self, node: NodeId) -> Result<&Shelved, BrepError> {
         let skin = self.skins.get(node.index()).and_then(Option::as_ref);
         skin.ok_or(BrepError::NoSkin { node })
     }
@@ -177,45 +192,49 @@ impl Builder<'_> {
         (at(self.graph.far(arm)) - at(self.graph.near(arm))).normalize()
     }
 
+    fn outline(&self, node: NodeId) -> Result<Outline, BrepError> {
+        let skin = self.skin(node)?.skin();
+        let (found, wanted) = (skin.rims.len(), self.graph.degree(node));
+        if found != wanted {
+            return Err(BrepError::RimCount { node, found, wanted });
+        }
+        let rims = self.graph.arms(node).iter().zip(&skin.rims).map(|(&arm, rim)| self.outline_rim(arm, &skin, rim)).collect();
+        Ok(Outline { vertices: skin.vertices.len() as u32, edges: skin.edges.len() as u32, patches: skin.patches.len() as u32, rims })
+    }
+
+    fn outline_rim(&self, arm: Arm, skin: &Skin, rim: &Rim) -> Result<Outlined, BrepError> {
+        let (node, strut) = (self.graph.near(arm), arm.strut);
+        let outward = self.outward(arm);
+        let angle = rim.axis.cross(outward).length().atan2(rim.axis.dot(outward));
+        if angle > AXIS_TOLERANCE {
+            return Err(BrepError::RimAxis { node, strut, angle });
+        }
+        let (at, r) = self.frame(node);
+        let radius = self.graph.radius_at(arm, r * rim.cut);
+        if !((r * rim.radius - radius).abs() <= RADIUS_TOLERANCE * self.graph.widest(strut)) {
+            return Err(BrepError::RimRadius { node, strut, found: r * rim.radius, wanted: radius });
+        }
+        let mut vertices = Vec::with_capacity(rim.arcs.len());
+        for (k, &arc) in rim.arcs.iter().enumerate() {
+            let next = rim.arcs[(k + 1) % rim.arcs.len()];
+            if skin.edges[arc].ends[1] != skin.edges[next].ends[0] {
+                return Err(BrepError::RimNotClosed { node, strut });
+            }
+            let vertex = skin.edges[arc].ends[0];
+            vertices.push((vertex as u32, at + r * skin.vertices[vertex]));
+        }
+        Ok(Outlined { center: at + r * rim.cut * outward, radius, vertices })
+    }
+
     /// Rim circles and seam of one strut.
-    fn place(&self, strut: StrutId) -> Result<Placed, BrepError> {
+    fn place(&self, strut: StrutId, rims: [&Outlined; 2]) -> Result<Placed, BrepError> {
         let axis = self.outward(Arm { strut, end: End::A });
         let side = axis.any_orthonormal_vector();
-        let mut centers = [DVec3::ZERO; 2];
-        let mut radii = [0.0; 2];
-        let mut azimuths: [Vec<f64>; 2] = [vec![], vec![]];
-        let mut vertices: [Vec<(usize, DVec3)>; 2] = [vec![], vec![]];
-        for end in [End::A, End::B] {
-            let arm = Arm { strut, end };
-            let node = self.graph.near(arm);
-            let skin = self.skin(node)?;
-            let position = self.graph.arms(node).iter().position(|&a| a == arm).expect("an arm is listed at its node");
-            let rim = &skin.rims[position];
-            let outward = self.outward(arm);
-            let angle = rim.axis.cross(outward).length().atan2(rim.axis.dot(outward));
-            if angle > AXIS_TOLERANCE {
-                return Err(BrepError::RimAxis { node, strut, angle });
-            }
-            let (at, r) = self.frame(node);
-            let radius = self.graph.radius_at(arm, r * rim.cut);
-            if !((r * rim.radius - radius).abs() <= RADIUS_TOLERANCE * self.graph.widest(strut)) {
-                return Err(BrepError::RimRadius { node, strut, found: r * rim.radius, wanted: radius });
-            }
-            radii[end as usize] = radius;
-            let center = at + r * rim.cut * outward;
-            centers[end as usize] = center;
-            for (k, &arc) in rim.arcs.iter().enumerate() {
-                let next = rim.arcs[(k + 1) % rim.arcs.len()];
-                if skin.edges[arc].ends[1] != skin.edges[next].ends[0] {
-                    return Err(BrepError::RimNotClosed { node, strut });
-                }
-                let vertex = skin.edges[arc].ends[0];
-                let point = at + r * skin.vertices[vertex];
-                let p = point - center;
-                vertices[end as usize].push((vertex, point));
-                azimuths[end as usize].push(p.dot(axis.cross(side)).atan2(p.dot(side)));
-            }
-        }
+        let (centers, radii, vertices) = (rims.map(|r| r.center), rims.map(|r| r.radius), rims.map(|r| &r.vertices));
+        let azimuths = rims.map(|rim| {
+            let azimuth = |p: DVec3| p.dot(axis.cross(side)).atan2(p.dot(side));
+            rim.vertices.iter().map(|v| azimuth(v.1 - rim.center)).collect::<Vec<f64>>()
+        });
         let room = (centers[1] - centers[0]).dot(axis);
         if room <= 0.0 {
             return Err(BrepError::NoRoom { strut, room });
@@ -258,7 +277,7 @@ impl Solid {
     fn find(&mut self) {
         let of_node = |n: usize| {
             let (part, loops) = self.part_with_rims(n);
-            (part.point_counts(), Found { loops, rims: map_rims(self, &part) })
+            (part.point_counts(), Found { loops, rims: map_rims(self, &part), is_finite: part.is_finite() })
         };
         let (counts, found): (Vec<_>, Vec<_>) = (0..self.nodes.len()).into_par_iter().map(of_node).unzip();
         let mut next = self.vertex_count() as u32;

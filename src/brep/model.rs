@@ -7,9 +7,8 @@ use super::rim_map::RimMap;
 use crate::graph::End;
 use crate::ids::{NodeId, StrutId};
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
-use crate::patch::Skin;
+use crate::patch::Shelved;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::fmt;
 use std::sync::Arc;
 
@@ -48,7 +47,7 @@ pub struct Solid {
     /// Where the parts of each of `nodes` begin, and where those of the last one end.
     pub(super) first: Vec<First>,
     /// The unit of length of each of `nodes`, mm, and its skin.
-    pub(super) skins: Vec<(f64, Arc<Skin>)>,
+    pub(super) skins: Vec<(f64, Shelved)>,
     /// How each of `struts` meets its rims.
     pub(super) strut_ends: Vec<[StrutEnd; 2]>,
     /// The first edge of each of `struts`, and of the meridians of round caps; then the number of edges.
@@ -92,6 +91,8 @@ pub(super) struct Found {
     pub loops: Box<[Box<[EdgeUse]>]>,
     /// How each rim arc runs on its patch, in the order of faces and their loops.
     pub rims: Box<[RimMap]>,
+    /// Whether all its numbers are.
+    pub is_finite: bool,
 }
 
 /// What one node is made of: its skin in mm, or its cap. Vertices, edges and faces bear the numbers of the solid.
@@ -243,22 +244,10 @@ impl Label {
 impl Solid {
     /// No coordinate, radius, knot or weight is infinite or NaN.
     pub fn is_finite(&self) -> bool {
-        let all = |values: &[f64]| values.iter().all(|x| x.is_finite());
-        let curve = |c: &Curve| match c {
-            Curve::Spline(s) => all(&s.knots) && all(&s.weights),
-            _ => true,
-        };
-        let surface = |s: &Surface| match s {
-            Surface::Spline(s) => s.knots.iter().all(|k| all(k)) && all(&s.weights),
-            _ => true,
-        };
-        let part = |part: Part| {
-            part.points.iter().all(|p| p.is_finite()) && part.edges.iter().all(|e| curve(&e.curve)) && part.faces.iter().all(|f| surface(&f.surface))
-        };
         self.extra.iter().all(|p| p.is_finite())
             && self.circles.iter().all(Circle::is_finite)
             && self.slopes.iter().all(|s| s.is_finite())
-            && (0..self.nodes.len()).into_par_iter().all(|n| part(self.part(n)))
+            && self.found.iter().all(|found| found.is_finite)
     }
 
     /// The rim circle of `struts[k]` at end a (0) or b (1).
@@ -275,6 +264,19 @@ impl Solid {
 }
 
 impl Part {
+    pub(super) fn is_finite(&self) -> bool {
+        let all = |values: &[f64]| values.iter().all(|x| x.is_finite());
+        let curve = |c: &Curve| match c {
+            Curve::Spline(s) => all(&s.knots) && all(&s.weights),
+            _ => true,
+        };
+        let surface = |s: &Surface| match s {
+            Surface::Spline(s) => s.knots.iter().all(|k| all(k)) && all(&s.weights),
+            _ => true,
+        };
+        self.points.iter().all(|p| p.is_finite()) && self.edges.iter().all(|e| curve(&e.curve)) && self.faces.iter().all(|f| surface(&f.surface))
+    }
+
     /// The spline with its control points, relative to `origin` (mm).
     pub fn spline_surface(&self, s: &SplineSurface, origin: DVec3) -> NurbsSurface {
         NurbsSurface {

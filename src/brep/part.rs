@@ -49,7 +49,7 @@ impl Solid {
 
     /// Faces that close ends.
     pub fn cap_count(&self) -> usize {
-        self.face_count() - self.struts.len() - self.skins.iter().map(|(_, skin)| skin.patches.len()).sum::<usize>()
+        self.strut_ends.iter().flatten().filter(|end| end.closed).count()
     }
 
     fn end(&self) -> First {
@@ -66,12 +66,13 @@ impl Solid {
 
     /// What the n-th of `nodes` is made of.
     pub fn part(&self, n: usize) -> Part {
-        self.put_together(n).0
+        self.put_together(n, &self.skins[n].1.skin()).0
     }
 
     /// The part of a node, and the closed rim of each arm: see `Found::loops`.
     pub(super) fn part_with_rims(&self, n: usize) -> (Part, Box<[Box<[EdgeUse]>]>) {
-        let (part, pieces) = self.put_together(n);
+        let skin = self.skins[n].1.skin();
+        let (part, pieces) = self.put_together(n, &skin);
         let rim_loop = |(rim, &(k, end)): (&Rim, &(u32, End))| -> Box<[EdgeUse]> {
             let vertex = self.strut_ends[k as usize][end as usize].vertex;
             let mut around: Vec<EdgeUse> = rim.arcs.iter().flat_map(|&arc| pieces[arc].walk(true)).collect();
@@ -80,14 +81,13 @@ impl Solid {
             around.rotate_left(turn);
             around.into()
         };
-        let loops = self.skins[n].1.rims.iter().zip(self.arms_of(n)).map(rim_loop).collect();
+        let loops = skin.rims.iter().zip(self.arms_of(n)).map(rim_loop).collect();
         (part, loops)
     }
 
     /// The part of a node, and the edges that each edge of its skin became.
-    fn put_together(&self, n: usize) -> (Part, Vec<Pieces>) {
-        let (unit, skin) = &self.skins[n];
-        let (center, unit) = (self.centers[n], *unit);
+    fn put_together(&self, n: usize, skin: &Skin) -> (Part, Vec<Pieces>) {
+        let (center, unit) = (self.centers[n], self.skins[n].0);
         let points: Vec<DVec3> = skin.vertices.iter().map(|&p| center + unit * p).collect();
         let vertex_count = points.len();
         let first = self.first[n];

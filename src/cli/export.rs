@@ -158,6 +158,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         options.step.product = name.clone();
     }
     let progress = Bar::new(args.quiet);
+    options.scratch = Some(output::folder(&output));
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     solved.report.repairs = repairs;
     output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
@@ -238,6 +239,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             decimals: Some(12),
             ..StepOptions::default()
         },
+        ..Options::default()
     })
 }
 

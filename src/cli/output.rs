@@ -39,6 +39,16 @@ pub fn write(path: Option<&Path>, fill: impl FnOnce(&mut (dyn Write + Send)) -> 
     }
 }
 
+/// The folder of a path.
+fn beside(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Where temporary files of a run that writes to this path may go: beside it, or where such files usually go if it is no file.
+pub fn folder(path: &Path) -> PathBuf {
+    if path.metadata().is_ok_and(|m| !m.is_file()) { std::env::temp_dir() } else { beside(path).to_path_buf() }
+}
+
 fn write_into(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<()> {
     let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
     fill(&mut out)?;
@@ -46,7 +56,7 @@ fn write_into(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Res
 }
 
 fn write_file(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = beside(path);
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
