@@ -17,7 +17,8 @@ use lattice_brep::node::Fairing;
 use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress};
 use lattice_brep::report::Report;
-use lattice_brep::step::{Schema, StepOptions, TimeStamp};
+use lattice_brep::step::{Schema, StepOptions, TimeStamp, compressed};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -37,7 +38,7 @@ Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
     /// Lattice: JSON (see `lattice-brep schema`), 3MF, TetGen, Gmsh, VTK, VTU, LTCX, CSV pairs, OBJ lines or Abaqus beams, found by content
     input: PathBuf,
-    /// STEP file to write [default: the input's name with .step]
+    /// STEP file to write, compressed if its name ends with .stpZ [default: the input's name with .step]
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Write a report (JSON): counts, volume, continuity, how each node was built, times
@@ -161,7 +162,8 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     options.scratch = Some(output::folder(&output));
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     solved.report.repairs = repairs;
-    output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
+    let mut write = |out: &mut (dyn Write + Send)| pipeline::write(&mut solved, &options, out, &progress);
+    output::write(Some(&output), |out| if compressed::is_named(&output) { compressed::pack(&options.step.file_name, out, write) } else { write(out) })?;
     progress.finish();
     if let Some(path) = &args.report {
         output::write(Some(path), |out| {
@@ -205,7 +207,9 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     }
     Error::unless_empty(faults)?;
     let name = args.input.file_stem().map_or("lattice".into(), |s| s.to_string_lossy().into_owned());
-    let file = args.output.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
+    // in an archive: the file that is in it
+    let file = args.output.as_ref().map(|p| if compressed::is_named(p) { p.with_extension("stp") } else { p.clone() });
+    let file = file.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
     Ok(Options {
         lambda: args.lambda,
         on_conflict: match args.on_conflict {

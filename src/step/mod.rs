@@ -4,6 +4,7 @@
 //! Promised: bytes depend on the model and the options alone; strings are plain ASCII; numbers
 //! read back to the same bits (unless rounding is asked for).
 
+pub mod compressed;
 pub mod geometry;
 pub mod options;
 pub mod readback;
