@@ -31,6 +31,8 @@ pub struct Options {
     /// control points; those that still miss it are counted in the report.
     pub tolerance: f64,
     pub caps: Caps,
+    /// Each node with its half struts is a part, placed in an assembly: many solids that touch, not one.
+    pub assembly: bool,
     /// A folder for a temporary file without a name, where what is built waits if it is much; none: all stays in memory.
     pub scratch: Option<PathBuf>,
     pub step: StepOptions,
@@ -46,6 +48,7 @@ impl Default for Options {
             fairing: Fairing::Ray,
             tolerance: 0.05,
             caps: Caps::Flat,
+            assembly: false,
             scratch: None,
             step: StepOptions::default(),
         }

@@ -39,10 +39,15 @@ const RADIUS_TOLERANCE: f64 = 1e-12;
 /// `skins` is indexed by `NodeId`; nodes without struts have none. Returns the first fault of each
 /// component that has one, in order.
 pub fn assemble(graph: &Graph, skins: &[Option<Shelved>], options: &AssembleOptions) -> Result<Model, Vec<BrepError>> {
+    assemble_parts(graph, skins, &|_| options.caps == Caps::Sphere)
+}
+
+/// The same, told which ends of degree 1 are round.
+pub(super) fn assemble_parts(graph: &Graph, skins: &[Option<Shelved>], is_round: &dyn Fn(NodeId) -> bool) -> Result<Model, Vec<BrepError>> {
     let mut solids = vec![];
     let mut faults = vec![];
     for component in components(graph).members() {
-        match (Builder { graph, skins, caps: options.caps }).solid(component) {
+        match (Builder { graph, skins }).solid(component, is_round) {
             Ok(solid) => solids.push(solid),
             Err(fault) => faults.push(fault),
         }
@@ -53,7 +58,6 @@ pub fn assemble(graph: &Graph, skins: &[Option<Shelved>], options: &AssembleOpti
 struct Builder<'a> {
     graph: &'a Graph,
     skins: &'a [Option<Shelved>],
-    caps: Caps,
 }
 
 /// What a look at a node's skin shows.
@@ -89,7 +93,7 @@ struct PlacedEnd {
 }
 
 impl Builder<'_> {
-    fn solid(&self, component: Members) -> Result<Solid, BrepError> {
+    fn solid(&self, component: Members, is_round: &dyn Fn(NodeId) -> bool) -> Result<Solid, BrepError> {
         let Members { nodes, struts } = component;
         let outlines: Vec<Outline> = nodes.par_iter().map(|&node| self.outline(node)).collect::<Result<_, _>>()?;
         let (mut next, mut first) = (First::default(), vec![]);
@@ -145,7 +149,7 @@ impl Builder<'_> {
             (first[n].edge, first[n].face) = (next.edge, next.face);
             next.edge += outlines[n].edges + ends().filter(|end| end.split.is_some()).count() as u32;
             next.face += outlines[n].patches + is_capped as u32;
-            if is_capped && self.caps == Caps::Sphere {
+            if is_capped && is_round(node) {
                 poles.push(n as u32);
                 let (k, end) = arms[0];
                 let (at, r) = self.frame(node);

@@ -16,6 +16,8 @@
 //! Lengths in mm, in steps 2 to 4 about the node and divided by its reach.
 
 use super::model::{Circle, Model, Part, Solid, SplineSurface, Surface};
+use super::units::{Instance, whole_strut};
+use crate::graph::Graph;
 use crate::ids::{NodeId, StrutId};
 use crate::math::nurbs::{Jet1, NurbsSurface, Table};
 use glam::{DVec2, DVec3, DVec4};
@@ -71,8 +73,35 @@ impl fmt::Display for Crossing {
 
 /// All crossings, by node and what its skin meets: struts first; two skins once, at the smaller node.
 pub fn crossings(model: &Model) -> Vec<Crossing> {
-    let mut skins: Vec<Skin> = model.solids.iter().flat_map(Skin::all).collect();
-    let mut struts: Vec<Strut> = model.solids.iter().flat_map(Strut::all).collect();
+    between(model.solids.iter().flat_map(Skin::all).collect(), model.solids.iter().flat_map(Strut::all).collect())
+}
+
+/// The same for units at their places; struts are those of the graph, from node to node.
+pub fn unit_crossings(graph: &Graph, model: &Model, instances: &[Instance]) -> Vec<Crossing> {
+    let of_unit: Vec<Option<Skin>> = model.solids.iter().map(|solid| Skin::of(solid, 0)).collect();
+    let place = |instance: &Instance| {
+        let skin = of_unit[instance.unit as usize].as_ref()?;
+        let at = instance.at;
+        Some(Skin { node: instance.node, offset: at, center: at, bounds: skin.bounds.map(|p| p + at), ..*skin })
+    };
+    let mut of_node = vec![u32::MAX; graph.nodes().len()];
+    for (k, instance) in instances.iter().enumerate() {
+        of_node[instance.node.index()] = k as u32;
+    }
+    let place_of = |node: NodeId| {
+        let instance = &instances[of_node[node.index()] as usize];
+        (&model.solids[instance.unit as usize], instance.at)
+    };
+    let strut = |k: usize| {
+        let strut = StrutId(k as u32);
+        let (solid, rims, round) = whole_strut(graph, strut, &place_of);
+        let ends = graph.struts()[k];
+        Strut { strut, solid, ends: [ends.a, ends.b], rims, round }
+    };
+    between(instances.iter().filter_map(place).collect(), (0..graph.struts().len()).into_par_iter().map(strut).collect())
+}
+
+fn between(mut skins: Vec<Skin>, mut struts: Vec<Strut>) -> Vec<Crossing> {
     skins.sort_unstable_by_key(|s| s.node);
     struts.sort_unstable_by_key(|s| s.strut);
     let boxes: Vec<Aabb> = struts.iter().map(Strut::bounds).collect();
@@ -104,6 +133,8 @@ struct Skin<'a> {
     solid: &'a Solid,
     /// Position in the solid's nodes.
     n: usize,
+    /// What is added to the solid's points, mm.
+    offset: DVec3,
     center: DVec3,
     /// The box of the control points, mm.
     bounds: [DVec3; 2],
@@ -114,14 +145,15 @@ struct Skin<'a> {
 impl<'a> Skin<'a> {
     /// The skins of all nodes that have patches.
     fn all(solid: &'a Solid) -> Vec<Skin<'a>> {
-        let skin = |n: usize| {
-            let (part, center) = (solid.part(n), solid.centers[n]);
-            let points = || patches(&part).flat_map(|p| &p.points).map(|&i| part.points[i as usize]);
-            let bounds = points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
-            let reach = points().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
-            points().next().map(|_| Skin { node: solid.nodes[n], solid, n, center, bounds, reach })
-        };
-        (0..solid.nodes.len()).into_par_iter().filter_map(skin).collect()
+        (0..solid.nodes.len()).into_par_iter().filter_map(|n| Skin::of(solid, n)).collect()
+    }
+
+    fn of(solid: &'a Solid, n: usize) -> Option<Skin<'a>> {
+        let (part, center) = (solid.part(n), solid.centers[n]);
+        let points = || patches(&part).flat_map(|p| &p.points).map(|&i| part.points[i as usize]);
+        let bounds = points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+        let reach = points().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
+        points().next().map(|_| Skin { node: solid.nodes[n], solid, n, offset: DVec3::ZERO, center, bounds, reach })
     }
 
     /// Whether a strut does not end here and comes into the ball of the control points.
@@ -141,13 +173,13 @@ impl<'a> Skin<'a> {
     /// Its patches, about the node (mm).
     fn patches(&self) -> Vec<NurbsSurface> {
         let part = self.solid.part(self.n);
-        patches(&part).map(|p| part.spline_surface(p, self.center)).collect()
+        patches(&part).map(|p| part.spline_surface(p, self.center - self.offset)).collect()
     }
 
     /// The hulls of its patches.
     fn nets(&self, frame: &Frame) -> Vec<Net> {
         let part = self.solid.part(self.n);
-        patches(&part).map(|p| Net::of(&part, p, frame)).collect()
+        patches(&part).map(|p| Net::of(&part, p, self.offset, frame)).collect()
     }
 }
 
@@ -352,9 +384,9 @@ struct Net {
 }
 
 impl Net {
-    fn of(part: &Part, spline: &SplineSurface, frame: &Frame) -> Net {
+    fn of(part: &Part, spline: &SplineSurface, offset: DVec3, frame: &Frame) -> Net {
         let is_bezier = (0..2).all(|k| spline.knots[k].len() == 2 * (spline.degree[k] + 1));
-        let points = spline.points.iter().map(|&i| frame.of(part.points[i as usize]));
+        let points = spline.points.iter().map(|&i| frame.of(part.points[i as usize] + offset));
         let weighted = points.zip(&spline.weights).map(|(p, &w)| (w * p).extend(w)).collect();
         Net::new(is_bezier.then_some(spline.degree), weighted)
     }

@@ -14,12 +14,14 @@ pub mod part;
 pub mod rim_map;
 pub mod seam;
 pub mod topology;
+pub mod units;
 
 pub use assemble::{AssembleOptions, Caps, assemble};
-pub use clearance::{Crossing, Other, crossings};
+pub use clearance::{Crossing, Other, crossings, unit_crossings};
 pub use continuity::{Quality, QualityLimits, Worst, quality};
 pub use error::BrepError;
 pub use measure::{Measure, measure, total as measure_total};
 pub use model::{Circle, Curve, Edge, EdgeUse, Face, Label, Model, Part, Solid, SplineCurve, SplineSurface, Surface};
 pub use rim_map::RimMap;
 pub use topology::{Borders, Counts, check_topology};
+pub use units::{Instance, units};

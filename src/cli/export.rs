@@ -59,6 +59,10 @@ pub struct ExportArgs {
     /// How struts end at nodes of degree 1: a disc, or half a ball (which meets a tapered strut in an edge)
     #[arg(long, value_enum, default_value_t = CapsArg::Flat)]
     caps: CapsArg,
+    /// Write an assembly: each different node with its half struts once, placed wherever it stands. A small file of many solids that
+    /// touch in the middle of the struts, not one solid
+    #[arg(long)]
+    assembly: bool,
     /// STEP schema
     #[arg(long, value_enum, default_value_t = SchemaArg::Ap242)]
     schema: SchemaArg,
@@ -202,6 +206,9 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     if !(args.tolerance > 0.0) {
         faults.push(Fault::new("--tolerance", args.tolerance.to_string(), "a number above 0, in strut radii"));
     }
+    if args.assembly && matches!(args.schema, SchemaArg::Ap203) {
+        faults.push(Fault::new("--assembly", "--schema ap203", "ap242 or ap214: in ap203 each part would need its own approvals"));
+    }
     if args.threads == Some(0) {
         faults.push(Fault::new("--threads", "0", "at least 1"));
     }
@@ -243,6 +250,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             decimals: Some(12),
             ..StepOptions::default()
         },
+        assembly: args.assembly,
         ..Options::default()
     })
 }

@@ -61,6 +61,14 @@ impl Shelf {
 }
 
 impl Shelved {
+    /// Where it is: the same for clones alone.
+    pub fn place(&self) -> (usize, u64) {
+        match self {
+            Shelved::Memory(skin) => (Arc::as_ptr(skin) as usize, 0),
+            Shelved::File { file, at, .. } => (Arc::as_ptr(file) as usize, *at),
+        }
+    }
+
     /// The skin. Panics if the temporary file cannot be read back: nothing can be made without it.
     pub fn skin(&self) -> Arc<Skin> {
         match self {

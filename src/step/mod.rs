@@ -14,4 +14,4 @@ pub mod write;
 
 pub use options::{Schema, StepOptions, TimeStamp};
 pub use readback::{ReadBack, ReadBackError, SolidCounts, Validation, read_back};
-pub use write::{Facts, StepError, Written, write};
+pub use write::{Facts, StepError, Written, write, write_assembly};
