@@ -174,6 +174,7 @@ impl Builder<'_> {
         let skins = nodes.iter().map(|&node| Ok((self.graph.largest_radius(node), self.skin(node)?.clone()))).collect::<Result<_, _>>()?;
         let (seams, slopes) = placed.into_iter().map(|p| (p.seam, p.slope)).unzip();
         let found = vec![];
+        drop(outlines);
         let mut solid =
             Solid { nodes, centers, struts, ends, seams, slopes, circles, extra, first, skins, strut_ends, strut_edges, arms, first_arm, poles, found };
         solid.find();

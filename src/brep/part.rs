@@ -85,25 +85,46 @@ impl Solid {
         (part, loops)
     }
 
-    /// The part of a node, and the edges that each edge of its skin became.
-    fn put_together(&self, n: usize, skin: &Skin) -> (Part, Vec<Pieces>) {
+    /// The points of a node, mm, and the number of the first: its vertices (0), the inner control points of its edges (1) or of its patches (2).
+    pub fn points(&self, n: usize, kind: usize) -> (u32, Vec<DVec3>) {
+        let (skin, first) = (self.skins[n].1.skin(), self.first[n]);
+        let (first, part) = match kind {
+            0 => (first.vertex, self.bare(n, &skin)),
+            1 => (first.edge_point, self.with_edges(n, &skin).0),
+            _ => (first.face_point, self.put_together(n, &skin).0),
+        };
+        (first, part.points_by_kind()[kind].to_vec())
+    }
+
+    /// A part without edges and faces.
+    fn bare(&self, n: usize, skin: &Skin) -> Part {
         let (center, unit) = (self.centers[n], self.skins[n].0);
         let points: Vec<DVec3> = skin.vertices.iter().map(|&p| center + unit * p).collect();
         let vertex_count = points.len();
-        let first = self.first[n];
-        let mut part = Part { center, points, edges: vec![], faces: vec![], first, vertex_count, edge_point_count: 0 };
-        let pieces = self.skin_edges(n, skin, unit, &mut part);
-        part.edge_point_count = part.points.len() - vertex_count;
+        Part { center, points, edges: vec![], faces: vec![], first: self.first[n], vertex_count, edge_point_count: 0 }
+    }
+
+    /// A part without faces, and the edges that each edge of its skin became.
+    fn with_edges(&self, n: usize, skin: &Skin) -> (Part, Vec<Pieces>) {
+        let mut part = self.bare(n, skin);
+        let pieces = self.skin_edges(n, skin, self.skins[n].0, &mut part);
+        part.edge_point_count = part.points.len() - part.vertex_count;
+        (part, pieces)
+    }
+
+    /// The part of a node, and the edges that each edge of its skin became.
+    fn put_together(&self, n: usize, skin: &Skin) -> (Part, Vec<Pieces>) {
+        let (mut part, pieces) = self.with_edges(n, skin);
         let mut numbers = vec![0; skin.rims.len()];
         let mut first_map = 0;
         for patch in &skin.patches {
             numbers[patch.arm] += 1;
             let (k, _) = self.arms_of(n)[patch.arm];
             let label = Label::Patch { node: self.nodes[n], strut: self.struts[k as usize], number: numbers[patch.arm] };
-            part.patch_face(patch, unit, &pieces, first_map, label);
+            part.patch_face(patch, self.skins[n].0, &pieces, first_map, label);
             first_map += part.arcs(&part.faces[part.faces.len() - 1]).count() as u32;
         }
-        if self.first[n + 1].face > first.face + skin.patches.len() as u32 {
+        if self.first[n + 1].face > part.first.face + skin.patches.len() as u32 {
             part.faces.push(self.cap(n));
         }
         (part, pieces)
@@ -267,7 +288,7 @@ impl Part {
     }
 
     /// The vertices; the control points of edges; those of patches.
-    pub fn points_by_kind(&self) -> [&[DVec3]; 3] {
+    fn points_by_kind(&self) -> [&[DVec3]; 3] {
         let (vertices, rest) = self.points.split_at(self.vertex_count);
         let (of_edges, of_faces) = rest.split_at(self.edge_point_count);
         [vertices, of_edges, of_faces]

@@ -2,7 +2,7 @@
 //! the Euler number.
 
 use super::error::BrepError;
-use super::model::{EdgeUse, Face, Model, Part, Solid};
+use super::model::{EdgeUse, Model, Part, Solid};
 use rayon::prelude::*;
 
 /// Vertices, edges and faces of one solid.
@@ -38,6 +38,11 @@ pub struct Borders {
 
 impl Borders {
     pub fn of(solid: &Solid) -> Borders {
+        Borders::with(solid, |_, _| (), |()| ())
+    }
+
+    /// The same; `look` sees each node's part on the way, `take` gets what it saw, node by node.
+    pub fn with<T: Send>(solid: &Solid, look: impl Fn(usize, &Part) -> T + Sync, mut take: impl FnMut(T)) -> Borders {
         let mut borders = Borders {
             vertex_count: solid.vertex_count(),
             edges: Vec::with_capacity(solid.edge_count()),
@@ -45,22 +50,24 @@ impl Borders {
             first: Vec::with_capacity(solid.face_count() + 1),
         };
         borders.first.push(0);
-        (0..solid.struts.len()).for_each(|k| borders.face(&solid.strut_face(k)));
-        let of_part = |part: Part| (part.edges.iter().map(|e| e.vertices).collect::<Vec<_>>(), part.faces);
-        in_order(
-            solid.nodes.len(),
-            |n| of_part(solid.part(n)),
-            |(edges, faces)| {
-                borders.edges.extend(edges);
-                faces.iter().for_each(|face| borders.face(face));
-            },
-        );
+        (0..solid.struts.len()).for_each(|k| borders.add(&solid.strut_face(k).boundary));
+        let of_node = |n: usize| {
+            let part = solid.part(n);
+            let seen = look(n, &part);
+            let faces: Vec<Vec<EdgeUse>> = part.faces.into_iter().map(|face| face.boundary).collect();
+            (part.edges.iter().map(|e| e.vertices).collect::<Vec<_>>(), faces, seen)
+        };
+        in_order(solid.nodes.len(), of_node, |(edges, faces, seen)| {
+            borders.edges.extend(edges);
+            faces.iter().for_each(|boundary| borders.add(boundary));
+            take(seen);
+        });
         borders.edges.extend((0..solid.struts.len()).flat_map(|k| solid.strut_edges(k)).chain(solid.meridians()).map(|e| e.vertices));
         borders
     }
 
-    fn face(&mut self, face: &Face) {
-        self.uses.extend(&face.boundary);
+    fn add(&mut self, boundary: &[EdgeUse]) {
+        self.uses.extend(boundary);
         self.first.push(self.uses.len() as u32);
     }
 
@@ -81,7 +88,7 @@ impl Borders {
 }
 
 /// Items made in parallel, some at a time, and taken in order.
-pub fn in_order<T: Send>(count: usize, make: impl Fn(usize) -> T + Sync, mut take: impl FnMut(T)) {
+fn in_order<T: Send>(count: usize, make: impl Fn(usize) -> T + Sync, mut take: impl FnMut(T)) {
     const AT_A_TIME: usize = 256;
     for start in (0..count).step_by(AT_A_TIME) {
         let made: Vec<T> = (start..count.min(start + AT_A_TIME)).into_par_iter().map(&make).collect();

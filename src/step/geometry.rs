@@ -2,7 +2,7 @@
 //! formatted in parallel and written in order: points, vertices, circles, edges, faces, shell.
 
 use super::text::{push_integer, push_list, push_real, push_ref, round};
-use crate::brep::topology::{connected_order, in_order};
+use crate::brep::topology::connected_order;
 use crate::brep::{Borders, Circle, Curve, Edge, Face, Part, RimMap, Solid, SplineCurve, SplineSurface, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -49,21 +49,21 @@ impl Numbers {
         };
         let mut sizes: Vec<u64> = Vec::with_capacity(solid.edge_count());
         let mut face_sizes: Vec<u64> = (0..solid.struts.len()).map(|k| face_size(solid, &solid.strut_face(k))).collect();
-        let of_part = |n: usize| {
-            let part = solid.part(n);
-            let maps = maps(solid, n, &part);
+        let look = |n: usize, part: &Part| {
+            let maps = maps(solid, n, part);
             let edges: Vec<u64> = part.edges.iter().zip(&maps).map(|(edge, map)| edge_size(&edge.curve, map.as_ref())).collect();
             let faces: Vec<u64> = part.faces.iter().map(|face| face_size(solid, face)).collect();
             (edges, faces)
         };
-        in_order(solid.nodes.len(), of_part, |(edges, faces)| {
+        let borders = Borders::with(solid, look, |(edges, faces)| {
             sizes.extend(edges);
             face_sizes.extend(faces);
         });
+        let order = connected_order(&borders);
+        drop(borders);
         sizes.extend((0..solid.struts.len()).flat_map(|k| solid.strut_edges(k)).chain(solid.meridians()).map(|edge| edge_size(&edge.curve, None)));
         let edges = sizes.into_iter().map(&mut take).collect();
         let faces = face_sizes.into_iter().map(&mut take).collect();
-        let order = connected_order(&Borders::of(solid));
         let (shell, brep, styled) = (take(1), take(1), take(1));
         Numbers { points, vertices, circles, meridians, edges, faces, order, shell, brep, styled }
     }
@@ -150,10 +150,8 @@ pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids
     };
     let of_kind = |kind: usize| {
         move |n: usize, t: &mut Vec<u8>| {
-            let part = solid.part(n);
-            let points = part.points_by_kind();
-            let before: usize = points[..kind].iter().map(|p| p.len()).sum();
-            all(t, part.number(before as u32), points[kind]);
+            let (first, points) = solid.points(n, kind);
+            all(t, first, &points);
         }
     };
     let first_extra = (solid.vertex_count() - solid.extra.len()) as u32;
