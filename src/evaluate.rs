@@ -131,7 +131,7 @@ pub fn refined(star: &Star, reading: &Reading, levels: u32) -> Result<Mesh, Stri
     if let Some(fairing) = reading.fairing {
         fair::fair(&mut control, fairing)?;
     }
-    Ok(refine::refine(control, star, levels))
+    Ok(refine::refine(&control, star, levels))
 }
 
 /// The row of each vertex: edges between it and the nearest rim.
@@ -152,12 +152,16 @@ fn rows(control: &Control) -> Vec<usize> {
     rows
 }
 
-/// The deviation of a mesh's facets by the trapezoidal rule: each is cut into equal triangles, their corners are the samples.
+/// The deviation of a mesh from the original node.
 pub fn of_mesh(mesh: &Mesh, original: &Original, samples: usize) -> Deviation {
-    let parts = parts(samples, mesh.triangles.0.len());
+    of_facets(&mesh.facets().map(|f| mesh.corners(f)).collect::<Vec<_>>(), original, samples)
+}
+
+/// The deviation of facets by the trapezoidal rule: each is cut into equal triangles, their corners are the samples.
+fn of_facets(facets: &[[DVec3; 3]], original: &Original, samples: usize) -> Deviation {
+    let parts = parts(samples, facets.len());
     let mut sum = Sum::default();
-    for t in &mesh.triangles.0 {
-        let [a, b, c] = t.map(|v| mesh.points[v as usize]);
+    for &[a, b, c] in facets {
         let (e, f) = ((b - a) / parts as f64, (c - a) / parts as f64);
         let share = 0.5 * e.cross(f).length() / 3.0;
         for i in 0..=parts {
@@ -266,11 +270,8 @@ mod tests {
     /// A triangle 6 radii along a strut, 0 to 1 above it: the mean of its corners.
     #[test]
     fn a_facet_counts_by_its_area() {
-        let points = vec![DVec3::new(5.0, 1.0, 0.0), DVec3::new(11.0, 1.0, 0.0), DVec3::new(5.0, 2.0, 0.0)];
-        let triangles = crate::node::mesh::Triangles(vec![[0, 1, 2]]);
-        let facets = crate::node::mesh::Facets { twins: triangles.twins(), triangles };
-        let mesh = Mesh::new(points, vec![DVec3::Z; 3], facets, vec![], &[]);
-        let d = of_mesh(&mesh, &Original::new(&octahedron()).unwrap(), 10_000);
+        let facet = [DVec3::new(5.0, 1.0, 0.0), DVec3::new(11.0, 1.0, 0.0), DVec3::new(5.0, 2.0, 0.0)];
+        let d = of_facets(&[facet], &Original::new(&octahedron()).unwrap(), 10_000);
         assert!((d.avg - 1.0 / 3.0).abs() < 1e-12 && (d.max - 1.0).abs() < 1e-12, "{d:?}");
         // of a height h the share 2 (1 - h): the variance is 1/18
         assert!((d.std - (1.0 / 18f64).sqrt()).abs() < 1e-4, "{d:?}");

@@ -92,8 +92,7 @@ impl<'a> Settling<'a> {
             if !self.may_ease() {
                 return Err(cannot_build(&graph, &failed));
             }
-            let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: EASE };
-            let wishes: Vec<Thinner> = failed.iter().flat_map(|&(n, _)| graph.arms(n)).map(ease).collect();
+            let wishes = failed.iter().flat_map(|&(n, _)| easings(&graph, n)).collect();
             self.ease(wishes);
         }
     }
@@ -138,6 +137,17 @@ impl<'a> Settling<'a> {
         self.rounds += 1;
         self.radii.thin(wishes);
     }
+}
+
+/// Make the radii at a node that cannot be built more equal, as such nodes are easier to build: its thick struts thinner, but none thinner than its
+/// thinnest. Where they are equal, all of them: cuts that were squeezed then get more room.
+fn easings(graph: &Graph, node: NodeId) -> Vec<Thinner> {
+    let arms = graph.arms(node);
+    let least = arms.iter().map(|&arm| graph.radius(arm)).fold(f64::INFINITY, f64::min);
+    let equal = arms.iter().all(|&arm| graph.radius(arm) <= least * (1.0 + 1e-9));
+    let to = |arm: &Arm| if equal { EASE } else { EASE.max(least / graph.radius(*arm)) };
+    let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: to(arm) };
+    arms.iter().map(ease).filter(|wish| wish.to < 1.0).collect()
 }
 
 /// The stars with struts that are not known yet, each once, in the order of their first nodes.

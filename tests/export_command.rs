@@ -182,6 +182,28 @@ fn merging_that_goes_too_far_or_makes_struts_overlap_is_refused() {
     let run = export(&crossed, &["--on-conflict", "merge", "-o", folder.path("out.step").to_str().unwrap()]);
     assert_eq!(run.status.code(), Some(2));
     assert!(stderr(&run).contains("struts[4]: found its axis 1.9") && !folder.path("out.step").exists(), "{}", stderr(&run));
+    assert!(stderr(&run).contains("help: `--on-conflict merge,shrink`"), "{}", stderr(&run));
+}
+
+#[test]
+fn merge_and_shrink_together_build_what_neither_can() {
+    // two nodes so near that no radii part their other struts, and a strut that crosses one of these
+    let folder = Folder::new();
+    let nodes = "[0,0,0],[0.05,0,0],[-10,17,0],[-10,-17,0],[10,17,0],[10,-17,0],[5,10,-8],[5,10,8]";
+    let ends = [(0, 1), (0, 2), (0, 3), (1, 4), (1, 5), (6, 7)].map(|(a, b)| format!(r#"{{"a":{a},"b":{b},"ra":1,"rb":1}}"#)).join(",");
+    let graph = folder.write("foam.json", &format!(r#"{{"nodes":[{nodes}],"struts":[{ends}]}}"#));
+    for (policy, code) in [("refuse", 2), ("shrink", 3), ("merge", 2)] {
+        let run = export(&graph, &["--on-conflict", policy]);
+        assert_eq!(run.status.code(), Some(code), "{policy}: {}", stderr(&run));
+        assert!(stderr(&run).contains("help: ") && stderr(&run).contains("merge,shrink"), "{policy}: {}", stderr(&run));
+    }
+    let report = folder.path("r.json");
+    let run = export(&graph, &["--on-conflict", "merge,shrink", "--report", report.to_str().unwrap()]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    assert_eq!(report["repairs"].as_array().unwrap().len(), 1);
+    assert!(!report["cuts"]["shrunk"].as_array().unwrap().is_empty());
+    assert_eq!((report["counts"]["struts"].as_u64(), report["counts"]["components"].as_u64()), (Some(5), Some(2)));
 }
 
 #[test]

@@ -11,6 +11,7 @@ use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::Lattice;
 use lattice_brep::graph::check::{self, Overlaps};
 use lattice_brep::graph::import::Imported;
+use lattice_brep::graph::proximity::NearMiss;
 use lattice_brep::graph::repair::merge::MERGE_ANGLE;
 use lattice_brep::graph::repair::{Repair, Repaired};
 use lattice_brep::node::Fairing;
@@ -74,9 +75,10 @@ pub struct ExportArgs {
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
     /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, shrink
-    /// radii near the conflict until cuts fit, or merge nodes and struts that are too near (the report says which)
+    /// radii near the conflict until cuts fit, merge nodes and struts that are too near, or merge first and shrink what that
+    /// leaves, as foams with very short struts need (the report says which)
     #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
-    on_conflict: OnConflictArg,
+    pub on_conflict: OnConflictArg,
     /// Angle for --on-conflict merge, degrees: 0 to below 60
     #[arg(long, value_name = "DEGREES", default_value_t = MERGE_ANGLE, value_parser = repair::angle)]
     merge_angle: f64,
@@ -121,10 +123,39 @@ enum OverlapsArg {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum OnConflictArg {
+pub enum OnConflictArg {
     Refuse,
     Shrink,
     Merge,
+    #[value(name = "merge,shrink")]
+    MergeShrink,
+}
+
+impl OnConflictArg {
+    fn merges(self) -> bool {
+        matches!(self, OnConflictArg::Merge | OnConflictArg::MergeShrink)
+    }
+
+    fn shrinks(self) -> bool {
+        matches!(self, OnConflictArg::Shrink | OnConflictArg::MergeShrink)
+    }
+
+    /// Which other policy may serve where this one was refused so.
+    pub fn advice(self, error: &Error) -> Option<&'static str> {
+        const MERGE_SHRINK: &str = "`--on-conflict merge,shrink` joins nodes that are too near before it makes radii smaller";
+        const SHRINK: &str = "`--on-conflict shrink` makes radii smaller where nothing fits; `merge,shrink` joins nodes that are too near first";
+        let of_policy = match error {
+            Error::CannotBuild { .. } => true,
+            Error::BadInput(faults) => faults.iter().all(NearMiss::is_fault),
+            Error::Io { .. } | Error::Internal(_) => false,
+        };
+        match self {
+            _ if !of_policy => None,
+            OnConflictArg::Refuse => Some(SHRINK),
+            OnConflictArg::Shrink | OnConflictArg::Merge => Some(MERGE_SHRINK),
+            OnConflictArg::MergeShrink => None,
+        }
+    }
 }
 
 fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
@@ -146,10 +177,10 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
-    let overlaps = match (args.overlaps, args.on_conflict) {
-        (OverlapsArg::Refuse, OnConflictArg::Shrink) => Overlaps::Leave,
-        (OverlapsArg::Refuse, _) => Overlaps::Refuse,
-        (OverlapsArg::Keep, _) => Overlaps::Keep,
+    let overlaps = match args.overlaps {
+        OverlapsArg::Refuse if args.on_conflict.shrinks() => Overlaps::Leave,
+        OverlapsArg::Refuse => Overlaps::Refuse,
+        OverlapsArg::Keep => Overlaps::Keep,
     };
     let imported = args.import.read(&args.input)?;
     // overlaps outside the box do not matter: they are judged after the crop
@@ -185,8 +216,8 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
 fn admit(args: &ExportArgs, mut imported: Imported, options: &Options, overlaps: Overlaps) -> Result<(Lattice, Vec<Repair>), Error> {
     let input = std::mem::take(&mut imported.input);
     let mut repaired = args.repair.apply(input, &imported.faults, args.quiet);
-    if matches!(args.on_conflict, OnConflictArg::Merge) && imported.faults.is_empty() {
-        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.quiet)?;
+    if args.on_conflict.merges() && imported.faults.is_empty() {
+        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.on_conflict.shrinks(), args.quiet)?;
     }
     let Repaired { input, repairs } = repaired;
     if repairs.is_empty() {
@@ -220,9 +251,8 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     Ok(Options {
         lambda: args.lambda,
         on_conflict: match args.on_conflict {
-            // what merging leaves is refused
-            OnConflictArg::Refuse | OnConflictArg::Merge => OnConflict::Refuse,
-            OnConflictArg::Shrink => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
+            policy if policy.shrinks() => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
+            _ => OnConflict::Refuse, // after `merge` what it leaves
         },
         overlaps: match args.overlaps {
             OverlapsArg::Refuse => Overlaps::Refuse,

@@ -1,6 +1,7 @@
 //! Rational B-spline curves and surfaces: storage and evaluation.
 //! Source: Piegl & Tiller, The NURBS Book, algorithms A2.1-A2.3 and equation 4.20.
 
+use crate::math::{Loops, vectorised};
 use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
@@ -289,40 +290,9 @@ impl NurbsSurface {
     }
 
     /// [`jet1`](Self::jet1) at all pairs of parameters of two tables that fit, `[iu * count of v + iv]`; the same bits.
-    pub fn jets1(&self, [u, v]: [&Table; 2]) -> Vec<Jet1> {
-        debug_assert!(u.fits(self.degree[0], &self.knots[0]) && v.fits(self.degree[1], &self.knots[1]));
-        let [p, q] = self.degree;
-        let [nu, nv] = self.size();
-        let count = v.samples.len();
-        // along v first: `[iu * count + sample]`, (weight · point, weight) and its v-derivative
-        let mut rows = vec![[DVec4::ZERO; 2]; nu * count];
-        let mut line = vec![DVec4::ZERO; nv];
-        for (i, rows) in rows.chunks_exact_mut(count).enumerate() {
-            for (h, (point, &w)) in line.iter_mut().zip(self.points[i * nv..].iter().zip(&self.weights[i * nv..])) {
-                *h = (*point * w).extend(w);
-            }
-            for (row, sample) in rows.iter_mut().zip(&v.samples) {
-                for (c, &h) in line[sample.first..=sample.first + q].iter().enumerate() {
-                    row[0] += sample.value[c] * h;
-                    row[1] += sample.slope[c] * h;
-                }
-            }
-        }
-        let mut out = Vec::with_capacity(u.samples.len() * count);
-        for sample in &u.samples {
-            for k in 0..count {
-                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
-                for r in 0..=p {
-                    let row = &rows[(sample.first + r) * count + k];
-                    a += sample.value[r] * row[0];
-                    av += sample.value[r] * row[1];
-                    au += sample.slope[r] * row[0];
-                }
-                let point = a.truncate() / a.w;
-                out.push(Jet1 { p: point, du: (au.truncate() - au.w * point) / a.w, dv: (av.truncate() - av.w * point) / a.w });
-            }
-        }
-        out
+    pub fn jets1(&self, tables: [&Table; 2]) -> Vec<Jet1> {
+        debug_assert!([0, 1].iter().all(|&k| tables[k].fits(self.degree[k], &self.knots[k])));
+        vectorised(Jets { surface: self, tables })
     }
 
     /// Point, first and second derivatives at `(u, v)` (eq. 4.20).
@@ -368,6 +338,53 @@ impl NurbsSurface {
             }
         }
         a
+    }
+}
+
+/// Points and tangents of a surface at all pairs of parameters of two tables.
+struct Jets<'a> {
+    surface: &'a NurbsSurface,
+    tables: [&'a Table; 2],
+}
+
+impl Loops for Jets<'_> {
+    type Output = Vec<Jet1>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Jet1> {
+        let Jets { surface, tables: [u, v] } = self;
+        let [p, q] = surface.degree;
+        let [nu, nv] = surface.size();
+        let count = v.samples.len();
+        // along v first: `[iu * count + sample]`, (weight · point, weight) and its v-derivative
+        let mut rows = vec![[DVec4::ZERO; 2]; nu * count];
+        let mut line = vec![DVec4::ZERO; nv];
+        for (i, rows) in rows.chunks_exact_mut(count).enumerate() {
+            for (h, (point, &w)) in line.iter_mut().zip(surface.points[i * nv..].iter().zip(&surface.weights[i * nv..])) {
+                *h = (*point * w).extend(w);
+            }
+            for (row, sample) in rows.iter_mut().zip(&v.samples) {
+                for (&h, (&value, &slope)) in line[sample.first..=sample.first + q].iter().zip(sample.value.iter().zip(&sample.slope)) {
+                    row[0] += value * h;
+                    row[1] += slope * h;
+                }
+            }
+        }
+        let mut out = Vec::with_capacity(u.samples.len() * count);
+        for sample in &u.samples {
+            for k in 0..count {
+                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+                let rows = rows[sample.first * count + k..].iter().step_by(count).take(p + 1);
+                for (row, (&value, &slope)) in rows.zip(sample.value.iter().zip(&sample.slope)) {
+                    a += value * row[0];
+                    av += value * row[1];
+                    au += slope * row[0];
+                }
+                let point = a.truncate() / a.w;
+                out.push(Jet1 { p: point, du: (au.truncate() - au.w * point) / a.w, dv: (av.truncate() - av.w * point) / a.w });
+            }
+        }
+        out
     }
 }
 

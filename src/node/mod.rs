@@ -14,6 +14,7 @@ pub mod film;
 pub mod level_set;
 pub mod mesh;
 pub mod refine;
+pub mod sleeve;
 pub mod star;
 
 pub use cells::Cells;
@@ -70,11 +71,16 @@ impl Film {
     /// Run all steps of one method on one node.
     pub fn build(star: Star, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let cells = Cells::new(&star)?;
+        Film::of_cells(star, cells, method, fairing, levels)
+    }
+
+    /// The same with these cells.
+    pub fn of_cells(star: Star, cells: Cells, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let shape = match method {
             Method::SoapFilm => {
                 let mut control = film::control_mesh(&star, &cells);
                 fair::fair(&mut control, fairing)?;
-                Shape::Soap(refine::refine(control, &star, levels))
+                Shape::Soap(refine::refine(&control, &star, levels))
             }
             Method::LevelSet => Shape::LevelSet(LevelSet::new(&star)),
         };

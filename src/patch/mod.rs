@@ -91,8 +91,8 @@ pub struct Fitted {
 
 /// Tables for one degree along creases, made once per run.
 pub struct Degree {
-    /// Cells that are uniform, and others.
-    uniform: (forms::Tables, fit::Samples),
+    /// Columns that keep their azimuth, and those that turn.
+    straight: (forms::Tables, fit::Samples),
     turned: (forms::Tables, fit::Samples),
 }
 
@@ -103,16 +103,16 @@ impl Degree {
             let samples = fit::Samples::new(&tables);
             (tables, samples)
         };
-        Degree { uniform: with_samples(forms::Tables::new(p)), turned: with_samples(forms::Tables::turned(p)) }
+        Degree { straight: with_samples(forms::Tables::new(p)), turned: with_samples(forms::Tables::turned(p)) }
     }
 
     /// The degree along creases.
     pub fn along(&self) -> usize {
-        self.uniform.0.p
+        self.straight.0.p
     }
 
-    fn tables(&self, uniform: bool) -> &(forms::Tables, fit::Samples) {
-        if uniform { &self.uniform } else { &self.turned }
+    fn tables(&self, turned: bool) -> &(forms::Tables, fit::Samples) {
+        if turned { &self.turned } else { &self.straight }
     }
 }
 
@@ -128,7 +128,7 @@ pub fn fit_fine(film: &Film, degree: &Degree) -> Result<Fitted, String> {
 
 /// The same on a layout of the film, which all degrees share.
 pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    let (tables, samples) = degree.tables(layout.uniform);
+    let (tables, samples) = degree.tables(layout.turned);
     let problem = fit::Problem::new(tables, samples, layout, film)?;
     let mut reason = String::new();
     for &stiffness in if layout.fine { &FINE_STIFFNESS[..] } else { &STIFFNESS[..] } {
@@ -156,8 +156,8 @@ pub fn sharp(film: &Film, degree: &Degree) -> Result<Fitted, String> {
     if !film.cells.uniform || film.star.tapers.iter().any(|&k| k != 0.0) {
         return Err("struts of unequal radius do not meet in the sides of their cells".into());
     }
-    let (tables, _) = degree.tables(true);
-    let layout = Layout::new(&film.star, &film.cells)?;
+    let (tables, _) = degree.tables(false);
+    let layout = Layout::straight(&film.star, &film.cells)?;
     let skin = skin::skin(tables, &layout, &fit::cylinders(tables, &layout))?;
     let quality = check::measure(&skin, film);
     check::accept_sharp(&quality).map(|()| Fitted { skin, quality })
