@@ -293,3 +293,24 @@ fn an_interrupt_leaves_nothing_behind() {
     assert_eq!(run.wait().unwrap().code(), Some(130));
     assert_eq!(folder.names(), ["octet.json"]);
 }
+
+#[test]
+fn a_compressed_file_holds_the_bytes_of_the_plain_one() {
+    let (folder, plain) = (Folder::new(), Folder::new());
+    let input = folder.write("corner.json", CORNER);
+    for (name, into) in [("part.stp", &plain), ("part.stpZ", &folder)] {
+        let out = export(&input, &["-q", "-o", into.path(name).to_str().unwrap()]);
+        assert!(out.status.success(), "{}", stderr(&out));
+    }
+    let packed = folder.path("part.stpZ");
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&packed).unwrap()).unwrap();
+    assert_eq!((archive.len(), archive.by_index(0).unwrap().name().unwrap().as_ref()), (1, "part.stp"));
+    let mut text = vec![];
+    std::io::Read::read_to_end(&mut archive.by_index(0).unwrap(), &mut text).unwrap();
+    assert!(text == std::fs::read(plain.path("part.stp")).unwrap());
+    assert!(2 * packed.metadata().unwrap().len() < text.len() as u64);
+
+    let check = |path: &Path| Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("check").arg(path).output().unwrap();
+    let (a, b) = (check(&packed), check(&plain.path("part.stp")));
+    assert!(a.status.success() && a.stdout == b.stdout, "{}", stderr(&a));
+}

@@ -7,6 +7,7 @@
 
 use super::error::BrepError;
 use super::model::{Circle, Solid, Surface};
+use crate::graph::End;
 use crate::math::gauss;
 use crate::math::nurbs::{NurbsSurface, Sample, Table, breaks};
 use crate::math::{Loops, vectorised};
@@ -62,9 +63,7 @@ impl std::ops::AddAssign for Flux {
 
 /// Measure a solid. An inside-out node is an error: nothing below it would mean anything.
 pub fn measure(solid: &Solid) -> Result<Measure, BrepError> {
-    let rims = rims_by_node(solid);
-    let ranges = solid.node_faces();
-    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n, ranges[n].clone(), &rims[n])).collect();
+    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n)).collect();
     for (&node, body) in solid.nodes.iter().zip(&nodes) {
         if body.volume < 0.0 || body.volume.is_nan() {
             return Err(BrepError::InsideOut { node, volume: body.volume });
@@ -105,27 +104,17 @@ pub fn total(bodies: impl Iterator<Item = Measure>) -> Measure {
     sum
 }
 
-/// The rims at each node with their outward sign (against the circle's axis at end b), in the
-/// order of `Solid::nodes`.
-fn rims_by_node(solid: &Solid) -> Vec<Vec<(Circle, f64)>> {
-    let mut out = vec![vec![]; solid.nodes.len()];
-    for (k, ends) in solid.ends.iter().enumerate() {
-        out[ends[0]].push((*solid.rim(k, 0), 1.0));
-        out[ends[1]].push((*solid.rim(k, 1), -1.0));
-    }
-    out
-}
-
 /// The body between a node's skin (or cap) and the discs of its rims.
-fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Circle, f64)]) -> Measure {
-    let origin = solid.centers[n];
+fn node_body(solid: &Solid, n: usize) -> Measure {
+    let part = solid.part(n);
+    let origin = part.center;
     let mut sum = Flux::default();
     let mut area = 0.0;
     let mut rules = Rules::default();
-    for face in &solid.faces()[faces] {
+    for face in &part.faces {
         match &face.surface {
             Surface::Spline(s) => {
-                let flux = rules.flux(&solid.spline_surface(s, origin));
+                let flux = rules.flux(&part.spline_surface(s, origin));
                 area += flux.area;
                 sum += flux;
             }
@@ -143,8 +132,9 @@ fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Ci
             Surface::Strut(_) => {}
         }
     }
-    for (circle, sign) in rims {
-        sum += disc_flux(circle, *sign, origin);
+    for &(k, end) in solid.arms_of(n) {
+        // outward: against the circle's axis at end b
+        sum += disc_flux(solid.rim(k as usize, end as usize), if end == End::A { 1.0 } else { -1.0 }, origin);
     }
     // The three components agree but for round-off (and the quadrature's error).
     let volume = sum.volume.element_sum() / 3.0;

@@ -18,7 +18,8 @@ use lattice_brep::node::Fairing;
 use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress};
 use lattice_brep::report::Report;
-use lattice_brep::step::{Schema, StepOptions, TimeStamp};
+use lattice_brep::step::{Schema, StepOptions, TimeStamp, compressed};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -38,7 +39,7 @@ Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
     /// Lattice: JSON (see `lattice-brep schema`), 3MF, TetGen, Gmsh, VTK, VTU, LTCX, CSV pairs, OBJ lines or Abaqus beams, found by content
     input: PathBuf,
-    /// STEP file to write [default: the input's name with .step]
+    /// STEP file to write, compressed if its name ends with .stpZ [default: the input's name with .step]
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Write a report (JSON): counts, volume, continuity, how each node was built, times
@@ -59,6 +60,10 @@ pub struct ExportArgs {
     /// How struts end at nodes of degree 1: a disc, or half a ball (which meets a tapered strut in an edge)
     #[arg(long, value_enum, default_value_t = CapsArg::Flat)]
     caps: CapsArg,
+    /// Write an assembly: each different node with its half struts once, placed wherever it stands. A small file of many solids that
+    /// touch in the middle of the struts, not one solid
+    #[arg(long)]
+    assembly: bool,
     /// STEP schema
     #[arg(long, value_enum, default_value_t = SchemaArg::Ap242)]
     schema: SchemaArg,
@@ -189,9 +194,11 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         options.step.product = name.clone();
     }
     let progress = Bar::new(args.quiet);
+    options.scratch = Some(output::folder(&output));
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     solved.report.repairs = repairs;
-    output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
+    let mut write = |out: &mut (dyn Write + Send)| pipeline::write(&mut solved, &options, out, &progress);
+    output::write(Some(&output), |out| if compressed::is_named(&output) { compressed::pack(&options.step.file_name, out, write) } else { write(out) })?;
     progress.finish();
     if let Some(path) = &args.report {
         output::write(Some(path), |out| {
@@ -230,12 +237,17 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     if !(args.tolerance > 0.0) {
         faults.push(Fault::new("--tolerance", args.tolerance.to_string(), "a number above 0, in strut radii"));
     }
+    if args.assembly && matches!(args.schema, SchemaArg::Ap203) {
+        faults.push(Fault::new("--assembly", "--schema ap203", "ap242 or ap214: in ap203 each part would need its own approvals"));
+    }
     if args.threads == Some(0) {
         faults.push(Fault::new("--threads", "0", "at least 1"));
     }
     Error::unless_empty(faults)?;
     let name = args.input.file_stem().map_or("lattice".into(), |s| s.to_string_lossy().into_owned());
-    let file = args.output.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
+    // in an archive: the file that is in it
+    let file = args.output.as_ref().map(|p| if compressed::is_named(p) { p.with_extension("stp") } else { p.clone() });
+    let file = file.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
     Ok(Options {
         lambda: args.lambda,
         on_conflict: match args.on_conflict {
@@ -268,6 +280,8 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             decimals: Some(12),
             ..StepOptions::default()
         },
+        assembly: args.assembly,
+        ..Options::default()
     })
 }
 

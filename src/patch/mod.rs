@@ -7,12 +7,14 @@ pub mod fit;
 pub mod forms;
 pub mod layout;
 pub mod map;
+pub mod shelf;
 pub mod skin;
 
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
 use crate::node::Film;
 use crate::patch::check::Quality;
 use crate::patch::layout::Layout;
+pub use crate::patch::shelf::{Shelf, Shelved};
 use glam::DVec3;
 
 /// All patches of one node, with the topology that the B-rep takes over.
