@@ -59,13 +59,14 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
     }
     let mut reasons = Vec::new();
     let film = |cells, method| Film::of_cells(star.clone(), cells, method, options.fairing, options.levels);
-    match on_cells(&star, |cells| film(cells, Method::SoapFilm).and_then(|film| smooth(&film, options, degrees))) {
+    let soap = |cells, lay: Lay| film(cells, Method::SoapFilm).and_then(|film| by_degree(&lay(&star, &film.cells)?, &film, options, degrees));
+    match in_turn(&star, soap) {
         Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
         Err(e) => reasons.push(format!("soap film: {e}")),
     }
     for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
-        let fit = |film: Film| patch::fit(&film, tables).or_else(|e| patch::fit_fine(&film, tables).map_err(|fine| both(e, fine)));
-        match on_cells(&star, |cells| film(cells, Method::LevelSet).and_then(fit)) {
+        let level_set = |cells, lay: Lay| film(cells, Method::LevelSet).and_then(|film| patch::fit_on(&lay(&star, &film.cells)?, &film, tables));
+        match in_turn(&star, level_set) {
             Ok(fitted) => return Ok(built(fitted, rung, reasons)),
             Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.along())),
         }
@@ -77,18 +78,31 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
     Err(reasons)
 }
 
-/// With corners joined as usual; where that fails, as few as must be.
-fn on_cells<T>(star: &Star, build: impl Fn(Cells) -> Result<T, String>) -> Result<T, String> {
-    let [usual, least] = [SNAP, LEAST_SNAP].map(|snap| Cells::joined(star, snap));
-    let differ = usual.as_ref().map(|c| c.corners.len()) != least.as_ref().map(|c| c.corners.len());
-    usual.and_then(&build).or_else(|e| if differ { least.and_then(&build).map_err(|least| format!("{e} (with all corners: {least})")) } else { Err(e) })
-}
+type Lay = fn(&Star, &Cells) -> Result<Layout, String>;
 
-/// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer, on a fine layout where
-/// the usual one serves neither degree.
-fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
-    let on = |layout: Result<Layout, String>| by_degree(&layout?, film, options, degrees);
-    on(Layout::new(&film.star, &film.cells)).or_else(|e| on(Layout::fine(&film.star, &film.cells)).map_err(|fine| both(e, fine)))
+/// With corners joined as usual; where that fails, with as few as must be; then on a fine layout. On failure the different reasons.
+fn in_turn<T>(star: &Star, build: impl Fn(Cells, Lay) -> Result<T, String>) -> Result<T, String> {
+    let [usual, least] = [SNAP, LEAST_SNAP].map(|snap| Cells::joined(star, snap));
+    let same = usual.as_ref().map(|c| c.corners.len()) == least.as_ref().map(|c| c.corners.len());
+    let fine = usual.clone().or(least.clone());
+    let ways: [(&str, Result<Cells, String>, Lay); 3] =
+        [("", usual, Layout::new), ("with all corners", least, Layout::new), ("on a fine layout", fine, Layout::fine)];
+    let (mut told, mut last) = (String::new(), String::new());
+    for (way, cells, lay) in ways {
+        if same && way == "with all corners" {
+            continue;
+        }
+        match cells.and_then(|cells| build(cells, lay)) {
+            Ok(built) => return Ok(built),
+            Err(e) if way.is_empty() => (told, last) = (e.clone(), e),
+            Err(e) if e == last => {}
+            Err(e) => {
+                told += &format!(" ({way}: {e})");
+                last = e;
+            }
+        }
+    }
+    Err(told)
 }
 
 /// Fit on one layout at both degrees, the second only where the first fails or misses the tolerance.
@@ -103,11 +117,6 @@ fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees)
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
         (Err(e), Err(_)) => Err(e),
     }
-}
-
-/// Why neither layout serves.
-fn both(usual: String, fine: String) -> String {
-    if usual == fine { usual } else { format!("{usual} (on a fine layout: {fine})") }
 }
 
 fn built(fitted: Fitted, rung: Rung, reasons: Vec<String>) -> Built {

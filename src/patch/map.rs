@@ -274,29 +274,11 @@ impl<'a> SectorMap<'a> {
 
     /// Height component of Y, and its derivative by q = 1 - v.
     fn profile(&self, s: f64, v: f64) -> (f64, f64) {
-        let hermite = [s * (1.0 - s).powi(2), -(1.0 - s) * s * s];
-        let q = 1.0 - v;
         if let Some(turned) = &self.turned {
-            let t = self.crease_t(s);
-            let w2 = 1.0 + t * t;
-            let (h, l) = (self.crease(s)[0].dot(self.frame[0]), w2 * self.speed(s));
-            let bends = [0, 1].map(|k| self.ends[k].radial.bend / self.ends[k].radial.speed * self.speeds[k]);
-            let bend = w2 * ((1.0 - s) * bends[0] + s * bends[1]);
-            let rest = quadratic(turned.length, s)[0] * self.cut - h - l - 0.5 * bend;
-            let up = self.aside(s).dot(self.frame[0]);
-            let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3) + up * v * v * q;
-            let mut by_q = l + bend * q + 3.0 * rest * q * q + up * v * (v - 2.0 * q);
-            for ((end, turned), hermite) in self.ends.iter().zip(&turned.ends).zip(hermite) {
-                let [height, fall, fall_by_q] = end.radial.height(q);
-                let ([out, out_by_v], [a, b], base) = (turned.out(v), turned.shear, turned.base);
-                let (shear, shear_by_q) = (a * v + b * v * q, -a + b * (v - q));
-                let wanted = out * height - shear * fall;
-                let wanted_by_q = -out_by_v * height + out * fall - shear_by_q * fall - shear * fall_by_q;
-                value += hermite * (wanted - (base[0] + base[1] * q + base[2] * q * q + base[3] * q.powi(3)));
-                by_q += hermite * (wanted_by_q - (base[1] + 2.0 * base[2] * q + 3.0 * base[3] * q * q));
-            }
-            return (value, by_q);
+            return self.column(turned, s).height(&self.misses_of_heights(turned, v), v);
         }
+        let hermite = hermite(s);
+        let q = 1.0 - v;
         let t = self.t(s);
         let w2 = 1.0 + t * t;
         let (h, l) = (self.height(t), w2 * self.speed(s));
@@ -316,6 +298,36 @@ impl<'a> SectorMap<'a> {
             by_q += 2.0 * self.dt() * hermite * miss_by_q;
         }
         (value, by_q)
+    }
+
+    /// What a turned map is made of at s.
+    fn column(&self, turned: &Turned, s: f64) -> Column {
+        let [c, out, around] = self.frame;
+        let flat = |x: DVec3| DVec2::new(x.dot(out), x.dot(around));
+        let t = self.crease_t(s);
+        let w2 = 1.0 + t * t;
+        let (crease, aside) = (self.crease(s)[0], self.aside(s));
+        let (h, l) = (crease.dot(c), w2 * self.speed(s));
+        let bends = [0, 1].map(|k| self.ends[k].radial.bend / self.ends[k].radial.speed * self.speeds[k]);
+        let half_bend = 0.5 * w2 * ((1.0 - s) * bends[0] + s * bends[1]);
+        let rest = quadratic(turned.length, s)[0] * self.cut - h - l - half_bend;
+        let rim = quadratic(turned.rim, s)[0];
+        Column { base: [h, l, half_bend, rest], up: aside.dot(c), hermite: hermite(s), rim, way: flat(crease) - rim, aside: flat(aside) }
+    }
+
+    /// What the base profile misses, by s, of the height that the radials want, and its slope by q, at both ends.
+    fn misses_of_heights(&self, turned: &Turned, v: f64) -> [[f64; 2]; 2] {
+        let q = 1.0 - v;
+        [0, 1].map(|end| {
+            let [height, fall, fall_by_q] = self.ends[end].radial.height(q);
+            let turned = &turned.ends[end];
+            let ([out, out_by_v], [a, b], base) = (turned.out(v), turned.shear, turned.base);
+            let (shear, shear_by_q) = (a * v + b * v * q, -a + b * (v - q));
+            let wanted = out * height - shear * fall;
+            let wanted_by_q = -out_by_v * height + out * fall - shear_by_q * fall - shear * fall_by_q;
+            let [value, by_q] = cubic(base, q);
+            [wanted - value, wanted_by_q - by_q]
+        })
     }
 
     /// The crease ŷ(t) = Y(t, 1), and its first two derivatives by t. Ends are moved onto the corners where corners were joined.
@@ -366,34 +378,13 @@ impl<'a> SectorMap<'a> {
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
         let [c, e, n] = self.frame;
         if let Some(turned) = &self.turned {
-            let rim = quadratic(turned.rim, s)[0];
-            let around = rim + smooth(v) * (self.around_crease(s)[0] - rim);
-            let aside = self.aside(s) * v * v * (1.0 - v);
-            return self.profile(s, v).0 * c + (around.x + aside.dot(e)) * e + (around.y + aside.dot(n)) * n;
+            let column = self.column(turned, s);
+            let around = column.around(v);
+            return column.height(&self.misses_of_heights(turned, v), v).0 * c + around.x * e + around.y * n;
         }
         let t = self.t(s);
         let natural = |v: f64| self.profile(s, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
         natural(v) + smooth(v) * (self.crease(s)[0] - natural(1.0))
-    }
-
-    /// det(Y, Y_v, Y_s) of turned columns, and det(E, E_s), what it is per unit of descent where columns keep their azimuth.
-    fn turned_area(&self, turned: &Turned, s: f64, v: f64) -> [f64; 2] {
-        const STEP: f64 = 1e-5; // Y_s by differences: only weights and an inequality depend on it
-        let [out, around] = [self.frame[1], self.frame[2]];
-        // what E is made of: the rim, the way from there to the crease, and what is added where the crease was moved
-        let parts = |s: f64| {
-            let (rim, aside) = (quadratic(turned.rim, s)[0], self.aside(s));
-            [rim, self.around_crease(s)[0] - rim, DVec2::new(aside.dot(out), aside.dot(around))]
-        };
-        let at = |[rim, way, aside]: [DVec2; 3]| rim + smooth(v) * way + v * v * (1.0 - v) * aside;
-        let here = parts(s);
-        let e = at(here);
-        let e_by_v = 6.0 * v * (1.0 - v) * here[1] + v * (2.0 - 3.0 * v) * here[2];
-        let e_by_s = (at(parts(s + STEP)) - at(parts(s - STEP))) / (2.0 * STEP);
-        let (h, h_by_q) = self.profile(s, v);
-        let h_by_s = (self.profile(s + STEP, v).0 - self.profile(s - STEP, v).0) / (2.0 * STEP);
-        let plain = e.perp_dot(e_by_s);
-        [h * e_by_v.perp_dot(e_by_s) + h_by_q * plain + h_by_s * e.perp_dot(e_by_v), plain]
     }
 
     /// Width (radians), mean height from crease to rim, and mean w2.
@@ -411,21 +402,76 @@ impl<'a> SectorMap<'a> {
     /// Whether the map descends from the rim to the crease everywhere: then it does not fold.
     pub fn is_regular(&self) -> bool {
         const STEPS: usize = 12;
-        (0..=STEPS).all(|i| {
-            let s = i as f64 / STEPS as f64;
-            let (top, bottom) = (self.profile(s, 0.0).0, self.profile(s, 1.0).0);
-            (0..=STEPS).all(|k| {
-                let v = k as f64 / STEPS as f64;
-                match &self.turned {
-                    None => self.profile(s, v).1 > LEAST_DESCENT * (top - bottom),
-                    Some(turned) => {
-                        let [area, plain] = self.turned_area(turned, s, v);
+        let part = |k: usize| k as f64 / STEPS as f64;
+        match &self.turned {
+            None => (0..=STEPS).map(part).all(|s| {
+                let (top, bottom) = (self.profile(s, 0.0).0, self.profile(s, 1.0).0);
+                (0..=STEPS).all(|k| self.profile(s, part(k)).1 > LEAST_DESCENT * (top - bottom))
+            }),
+            Some(turned) => {
+                let misses: Vec<_> = (0..=STEPS).map(|k| self.misses_of_heights(turned, part(k))).collect();
+                (0..=STEPS).map(part).all(|s| {
+                    let columns = [s - Column::STEP, s, s + Column::STEP].map(|s| self.column(turned, s));
+                    let (top, bottom) = (columns[1].height(&misses[0], 0.0).0, columns[1].height(&misses[STEPS], 1.0).0);
+                    (0..=STEPS).all(|k| {
+                        let [area, plain] = Column::area(&columns, &misses[k], part(k));
                         plain > 0.0 && area > LEAST_DESCENT * (top - bottom).max(0.0) * plain
-                    }
-                }
-            })
-        })
+                    })
+                })
+            }
+        }
     }
+}
+
+/// A turned map at one s: E = rim + B way + v² (1 - v) aside, and what its height is made of.
+struct Column {
+    /// Coefficients of the base profile in q = 1 - v, and what is added to it as v² q.
+    base: [f64; 4],
+    up: f64,
+    hermite: [f64; 2],
+    rim: DVec2,
+    way: DVec2,
+    aside: DVec2,
+}
+
+impl Column {
+    /// For slopes by s from differences: only an inequality depends on them.
+    const STEP: f64 = 1e-5;
+
+    /// Height component of Y, and its derivative by q.
+    fn height(&self, misses: &[[f64; 2]; 2], v: f64) -> (f64, f64) {
+        let q = 1.0 - v;
+        let [value, by_q] = cubic(self.base, q);
+        let add = |k: usize| self.hermite[0] * misses[0][k] + self.hermite[1] * misses[1][k];
+        (value + self.up * v * v * q + add(0), by_q + self.up * v * (v - 2.0 * q) + add(1))
+    }
+
+    /// E.
+    fn around(&self, v: f64) -> DVec2 {
+        self.rim + smooth(v) * self.way + v * v * (1.0 - v) * self.aside
+    }
+
+    /// det(Y, Y_v, Y_s), and det(E, E_s), what it is per unit of descent where columns keep their azimuth; of the middle of three columns.
+    fn area(columns: &[Column; 3], misses: &[[f64; 2]; 2], v: f64) -> [f64; 2] {
+        let [before, here, after] = columns;
+        let e = here.around(v);
+        let e_by_v = 6.0 * v * (1.0 - v) * here.way + v * (2.0 - 3.0 * v) * here.aside;
+        let e_by_s = (after.around(v) - before.around(v)) / (2.0 * Column::STEP);
+        let (h, h_by_q) = here.height(misses, v);
+        let h_by_s = (after.height(misses, v).0 - before.height(misses, v).0) / (2.0 * Column::STEP);
+        let plain = e.perp_dot(e_by_s);
+        [h * e_by_v.perp_dot(e_by_s) + h_by_q * plain + h_by_s * e.perp_dot(e_by_v), plain]
+    }
+}
+
+/// The Hermite polynomials of slope 1 at one end.
+fn hermite(s: f64) -> [f64; 2] {
+    [s * (1.0 - s).powi(2), -(1.0 - s) * s * s]
+}
+
+/// Value and slope of a cubic by its coefficients.
+fn cubic([a, b, c, d]: [f64; 4], x: f64) -> [f64; 2] {
+    [a + x * (b + x * (c + x * d)), b + x * (2.0 * c + x * 3.0 * d)]
 }
 
 /// Value and slope of a quadratic in Bernstein form.
