@@ -55,15 +55,15 @@ pub struct Problem<'a> {
 }
 
 /// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
-/// of w less the strut's own gauge behind the `RIM_ROWS`, numbered `[is * (q + 1 - RIM_ROWS) + iv - RIM_ROWS]`.
+/// of w less the strut's own gauge behind the `RIM_ROWS`, in the order of `Samples::values`: the inner ones are numbers themselves.
 struct SectorProblem {
     /// Global number of each border number.
     border: Vec<usize>,
     /// The strut's own gauge, `[is * (q + 1) + iv]`.
     own: Vec<f64>,
-    /// w less the strut's own gauge, as forms of the patch's own numbers.
-    deviation: SparseRows,
-    /// Distance to the film and thin-plate energy: the quadratic part, and the linear part with its sign turned.
+    /// The outer control values, as forms of the constant and the border numbers.
+    deviation: SparseColumns,
+    /// Distance to the film and thin-plate energy: the quadratic part (see `kept`), and the linear part with its sign turned.
     energy: Vec<f64>,
     pull: Vec<f64>,
     /// Area of the sector: what the second differences of the control net count for.
@@ -114,8 +114,7 @@ impl<'a> Problem<'a> {
         let mut inner = Vec::with_capacity(self.sectors.len());
         let mut scratch = Scratch::default();
         for sector in &self.sectors {
-            let (width, nb) = (sector.deviation.width, 1 + sector.border.len());
-            let line = padded(width);
+            let (nb, line) = (1 + sector.border.len(), padded(sector.width(self.samples)));
             let normal = vectorised(Reduction { sector, samples: self.samples, stiffness, scratch: &mut scratch })?;
             for (a, &ga) in sector.border.iter().enumerate() {
                 let row = &normal[(a + 1) * line..(a + 1) * line + nb];
@@ -133,7 +132,7 @@ impl<'a> Problem<'a> {
             (JET * corner..JET * (corner + 1)).chain(self.radial_free(k)).collect()
         };
         Ok(Fit {
-            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(self.tables.q + 1, inner, &x)).collect(),
+            sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(self.samples, inner, &x)).collect(),
             creases: self.creases.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &self.crease_numbers(k))).collect()).collect(),
             radials: self.radials.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &radial_numbers(k))).collect()).collect(),
             corners: (0..self.layout.corners.len()).map(|k| x[(JET * k, 0)]).collect(),
@@ -142,18 +141,25 @@ impl<'a> Problem<'a> {
 }
 
 impl SectorProblem {
-    /// All coefficients, n in each column, from the border numbers `x` and the eliminated rows of the inner numbers.
-    fn gauge(&self, n: usize, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
+    /// How many numbers there are, the constant included.
+    fn width(&self, samples: &Samples) -> usize {
+        1 + self.border.len() + samples.values.len() - samples.outer
+    }
+
+    /// All coefficients from the border numbers `x` and the eliminated rows of the inner numbers.
+    fn gauge(&self, samples: &Samples, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
-        for row in inner.chunks_exact(padded(self.deviation.width)) {
-            let k = numbers.len();
-            numbers.push(-row.iter().zip(&numbers).map(|(a, b)| a * b).sum::<f64>() / row[k]);
-        }
         let mut w = self.own.clone();
-        let free = w.chunks_exact_mut(n).flat_map(|column| &mut column[RIM_ROWS..]);
-        for (w, entries) in free.zip(self.deviation.rows()) {
-            *w += entries.iter().map(|&(k, f)| f * numbers[k]).sum::<f64>();
+        let (outer, rest) = samples.values.split_at(samples.outer);
+        for (&number, column) in numbers.iter().zip(self.deviation.columns()) {
+            column.iter().for_each(|&(k, f)| w[outer[k]] += f * number);
+        }
+        for (row, &at) in inner.chunks_exact(padded(self.width(samples))).zip(rest) {
+            let k = numbers.len();
+            let number = -row.iter().zip(&numbers).map(|(a, b)| a * b).sum::<f64>() / row[k];
+            w[at] += number;
+            numbers.push(number);
         }
         w
     }
@@ -190,7 +196,7 @@ impl<'a> Loops for Reduction<'a> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let normal = self.sector.normal(self.samples, self.stiffness, self.scratch);
-        eliminate(normal, self.sector.deviation.width, 1 + self.sector.border.len())?;
+        eliminate(normal, self.sector.width(self.samples), 1 + self.sector.border.len())?;
         Ok(normal)
     }
 }
@@ -273,14 +279,13 @@ pub fn cylinders(tables: &Tables, layout: &Layout) -> Fit {
     }
 }
 
-/// The control values of a sector behind the `RIM_ROWS`, less the strut's own, as forms of (constant, start jet, end jet, crease,
-/// start radial, end radial, inner).
-fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> SparseRows {
+/// The outer control values of a sector behind the `RIM_ROWS`, less the strut's own, as forms of (constant, start jet, end jet,
+/// crease, start radial, end radial).
+fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, own: &[f64], crease: &CreaseForms, radials: [&RadialForms; 2]) -> SparseColumns {
     let (p, q) = (tables.p, tables.q);
     let across = &crease.across[layout.sectors[index].which];
     let (jets, nk, nr) = (2 * JET, tables.crease_free(), tables.radial_free());
-    let inner_at = 1 + jets + nk + 2 * nr;
-    let mut rows = SparseRows { width: inner_at + tables.inner(), starts: vec![0], entries: Vec::new() };
+    let mut rows = Rows::new(1 + jets + nk + 2 * nr);
     // the columns next to the radials: at the border, and the next
     let columns = [0, 1].map(|end| {
         let scale = map.scale_of_ends()[end];
@@ -294,9 +299,8 @@ fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, ow
         _ if k <= JET => end * JET + k,
         _ => jets + nk + end * nr + k - JET,
     };
-    let mut inner = inner_at..;
     for is in 0..=p {
-        for iv in RIM_ROWS..=q {
+        for iv in (RIM_ROWS..=q).filter(|&iv| !is_inner(tables, is, iv)) {
             let own = own[is * (q + 1) + iv];
             let less = |k: usize, x: f64| if k == 0 { x - own } else { x };
             if iv == q {
@@ -304,26 +308,34 @@ fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, ow
             } else if iv == q - 1 {
                 // where columns are borders too, both give the same twist
                 rows.push(crease.w[is].iter().zip(&across[is]).enumerate().map(|(k, (x, y))| (k, less(k, x - y / q as f64))));
-            } else if is < 2 || is > p - 2 {
+            } else {
                 let (end, row) = if is < 2 { (0, is) } else { (1, p - is) };
                 rows.push(columns[end][row][iv].iter().enumerate().map(|(k, &x)| (place(end, k), less(k, x))));
-            } else {
-                rows.push([(0, -own), (inner.next().expect("no last number"), 1.0)].into_iter());
             }
         }
     }
-    rows
+    rows.columns()
+}
+
+/// Whether a control value is two or more away from all borders but the rim.
+fn is_inner(tables: &Tables, is: usize, iv: usize) -> bool {
+    (2..=tables.p - 2).contains(&is) && iv <= tables.q - 2
 }
 
 /// Sample parameters and tables at them, the same for every patch of a degree. Matrices are flat, row by row.
 pub struct Samples {
     along: Direction,
     across: Direction,
+    /// The control values behind the `RIM_ROWS`, `is * (q + 1) + iv`: outer ones first, so many, then the inner ones (`is_inner`).
+    values: Vec<usize>,
+    outer: usize,
+    /// For each entry of a form in the control values (see `kept`) its place among the blocks of `Quadratic`.
+    sources: Vec<u32>,
     /// Products of two basis values across, from `RIM_ROWS` on: the lower triangle row by row, padded for each sample.
     products: Vec<f64>,
     /// What remains of the Gram matrices across from `RIM_ROWS` on, likewise.
     gram_rows: [Vec<f64>; 3],
-    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`: rows padded.
+    /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS` (see `kept`).
     bends: Vec<f64>,
 }
 
@@ -367,8 +379,12 @@ impl Samples {
         };
         let gram_rows = [0, 1, 2].map(|order| flat(&|j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
         let products = across.basis.chunks_exact(n).flat_map(|b| flat(&|j, l| b[j + RIM_ROWS] * b[l + RIM_ROWS])).collect();
-        let bends = bends(tables, |_| 1.0);
-        Samples { along, across, products, gram_rows, bends }
+        let all = (0..np).flat_map(|is| (RIM_ROWS..n).map(move |iv| (is, iv)));
+        let (inner, outer): (Vec<_>, Vec<_>) = all.partition(|&(is, iv)| is_inner(tables, is, iv));
+        let values: Vec<usize> = outer.iter().chain(&inner).map(|(is, iv)| is * n + iv).collect();
+        let bends = bends(tables, &values, outer.len(), |_| 1.0);
+        let sources = sources(&values, outer.len(), n, gram_rows[0].len());
+        Samples { along, across, values, outer: outer.len(), sources, products, gram_rows, bends }
     }
 
     /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at as many nodes as fix
@@ -406,36 +422,50 @@ impl Samples {
     }
 }
 
+/// What is kept of a quadratic form in so many control values, in the order of `Samples::values`: the rows of the outer ones,
+/// padded, then the triangle of the inner ones, row by row. Pairs (row, column) of numbers of values; none where rows are padded.
+fn kept(outer: usize, size: usize) -> impl Iterator<Item = Option<(usize, usize)>> {
+    let whole = (0..outer).flat_map(move |a| (0..padded(size)).map(move |b| (b < size).then_some((a, b))));
+    whole.chain((outer..size).flat_map(move |a| (outer..=a).map(move |b| Some((a, b)))))
+}
+
+/// See `Samples::sources`: `n` values a column, blocks are `triangle` long.
+fn sources(values: &[usize], outer: usize, n: usize, triangle: usize) -> Vec<u32> {
+    let triangular = |a: usize, b: usize| a.max(b) * (a.max(b) + 1) / 2 + a.min(b);
+    let at = |a: usize, b: usize| triangular(a / n, b / n) * triangle + triangular(a % n - RIM_ROWS, b % n - RIM_ROWS);
+    kept(outer, values.len()).map(|pair| pair.map_or(0, |(a, b)| at(values[a], values[b]) as u32)).collect()
+}
+
 /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`, each times the factor at its middle
-/// (`[is * (q + 1) + iv]`). Row by row, padded.
-fn bends(tables: &Tables, factor: impl Fn(usize) -> f64) -> Vec<f64> {
-    let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
-    let line = padded(np * rows);
-    let mut bends = vec![0.0; np * rows * line];
-    let slot = |k: usize| (k % n >= RIM_ROWS).then(|| k / n * rows + k % n - RIM_ROWS);
+/// (`[is * (q + 1) + iv]`), as `kept`.
+fn bends(tables: &Tables, values: &[usize], outer: usize, factor: impl Fn(usize) -> f64) -> Vec<f64> {
+    let (np, n, size) = (tables.p + 1, tables.q + 1, values.len());
+    let mut bends = vec![0.0; size * size];
+    let mut slots = vec![None; np * n];
+    values.iter().enumerate().for_each(|(slot, &k)| slots[k] = Some(slot));
     let triples = (0..np * n).flat_map(|k| [(k / n + 2 < np).then_some([k, k + n, k + 2 * n]), (k % n + 2 < n).then_some([k, k + 1, k + 2])]).flatten();
     for triple in triples {
         let weights = [1.0, -2.0, 1.0];
         let factor = factor(triple[1]);
         for (a, f) in triple.into_iter().zip(weights) {
             for (b, g) in triple.into_iter().zip(weights) {
-                if let (Some(a), Some(b)) = (slot(a), slot(b)) {
-                    bends[a * line + b] += factor * f * g;
+                if let (Some(a), Some(b)) = (slots[a], slots[b]) {
+                    bends[a * size + b] += factor * f * g;
                 }
             }
         }
     }
-    bends
+    kept(outer, size).map(|pair| pair.map_or(0.0, |(a, b)| bends[a * size + b])).collect()
 }
 
 /// The sum of w² at the samples by `weights`, and of the Gram matrices of the thin plate by `plate`: both are products of a
-/// matrix in s and one in v, block by block over pairs of s. Weights are padded for each sample along s, rows of the result too.
+/// matrix in s and one in v, so that all entries for two columns of control values are one symmetric block. Weights are padded
+/// for each sample along s. The result as `kept`.
 struct Quadratic<'a> {
     samples: &'a Samples,
     weights: &'a [f64],
     plate: [f64; 3],
     np: usize,
-    rows: usize,
 }
 
 impl Loops for Quadratic<'_> {
@@ -443,37 +473,61 @@ impl Loops for Quadratic<'_> {
 
     #[inline(always)]
     fn run(self) -> Vec<f64> {
-        let Quadratic { samples, weights, plate, np, rows } = self;
-        let (size, m) = (padded(np * rows), padded(samples.across.rule.len()));
-        let mut energy = vec![0.0; np * rows * size];
+        let Quadratic { samples, weights, plate, np } = self;
+        let m = padded(samples.across.rule.len());
         let triangle = samples.gram_rows[0].len();
-        let mut block = vec![0.0; triangle];
+        let mut blocks = vec![0.0; np * (np + 1) / 2 * triangle];
         let mut line = vec![0.0; m];
+        let (mut along, mut across) = (Vec::new(), Vec::new());
+        let mut rest = blocks.chunks_exact_mut(triangle);
         for i in 0..np {
-            for k in 0..=i {
-                line.fill(0.0);
-                for (along, weights) in samples.along.basis.chunks_exact(np).zip(weights.chunks_exact(m)) {
-                    axpy(&mut line, along[i] * along[k], weights);
-                }
-                block.fill(0.0);
-                for (f, products) in line.iter().zip(samples.products.chunks_exact(triangle)) {
-                    axpy(&mut block, *f, products);
-                }
+            for (k, block) in (0..=i).zip(&mut rest) {
+                along.clear();
+                along.extend(samples.along.basis.chunks_exact(np).map(|along| along[i] * along[k]).enumerate());
+                combine(&mut line, &along, weights, m);
+                across.clear();
+                across.extend(line[..samples.across.rule.len()].iter().copied().enumerate());
+                combine(block, &across, &samples.products, triangle);
                 for (order, f) in plate.into_iter().enumerate() {
-                    axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
-                }
-                let mut entries = block.iter();
-                for j in 0..rows {
-                    for (l, &x) in (0..=j).zip(&mut entries) {
-                        for (r, c) in [(i * rows + j, k * rows + l), (i * rows + l, k * rows + j), (k * rows + j, i * rows + l), (k * rows + l, i * rows + j)] {
-                            energy[r * size + c] = x;
-                        }
-                    }
+                    axpy(block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
                 }
             }
         }
-        energy
+        samples.sources.iter().map(|&at| blocks[at as usize]).collect()
     }
+}
+
+/// Sum of rows, each times a factor: `entries` are (row, factor), rows `line` long. All lengths are padded.
+#[inline(always)]
+fn combine(out: &mut [f64], entries: &[(usize, f64)], rows: &[f64], line: usize) {
+    let mut at = 0;
+    let (wide, rest) = out.as_chunks_mut::<32>();
+    for out in wide {
+        *out = combined(entries, rows, line, at);
+        at += 32;
+    }
+    let (middle, rest) = rest.as_chunks_mut::<16>();
+    for out in middle {
+        *out = combined(entries, rows, line, at);
+        at += 16;
+    }
+    for out in rest.as_chunks_mut::<8>().0 {
+        *out = combined(entries, rows, line, at);
+        at += 8;
+    }
+}
+
+/// So many columns of `combine`, from `at` on: few enough to be kept in vector registers.
+#[inline(always)]
+fn combined<const N: usize>(entries: &[(usize, f64)], rows: &[f64], line: usize, at: usize) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for &(row, f) in entries {
+        let row = rows[row * line + at..].first_chunk::<N>().expect("rows are padded");
+        for k in 0..N {
+            sum[k] += f * row[k];
+        }
+    }
+    sum
 }
 
 /// A square matrix, row by row.
@@ -534,58 +588,101 @@ impl Energy {
         let area = dphi * deta / (w2 * w2);
         let mean_move = if scaled { (moves.iter().map(|x: &f64| x.ln()).sum::<f64>() / moves.len() as f64).exp() } else { 1.0 };
         let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * mean_move * area * f);
-        let energy = vectorised(Quadratic { samples, weights: &weights, plate, np, rows });
+        let energy = vectorised(Quadratic { samples, weights: &weights, plate, np });
+        let pull = samples.values.iter().map(|&k| pull[k / n * rows + k % n - RIM_ROWS]).collect();
         // the sample nearest to a control value's parameters
         let last = [samples.along.rule.len() - 1, m - 1];
         let near = |k: usize, of: usize, last: usize| (k * last + of / 2) / of;
-        let bends = scaled.then(|| bends(tables, |k| moves[near(k / n, np - 1, last[0]) * m + near(k % n, n - 1, last[1])]));
+        let bends = scaled.then(|| bends(tables, &samples.values, samples.outer, |k| moves[near(k / n, np - 1, last[0]) * m + near(k % n, n - 1, last[1])]));
         Ok(Energy { energy, pull, area, bends })
     }
 }
 
-/// A matrix of few entries: `entries[starts[r]..starts[r + 1]]` are (column, value) of row r.
-struct SparseRows {
-    width: usize,
+/// A matrix of few entries: `entries[starts[c]..starts[c + 1]]` are (row, value) of column c.
+struct SparseColumns {
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
 }
 
-impl SparseRows {
-    /// One more row: its entries that are not 0.
-    fn push(&mut self, entries: impl Iterator<Item = (usize, f64)>) {
-        self.entries.extend(entries.filter(|e| e.1 != 0.0));
-        self.starts.push(self.entries.len());
-    }
-
-    fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
+impl SparseColumns {
+    fn columns(&self) -> impl Iterator<Item = &[(usize, f64)]> {
         self.starts.windows(2).map(|w| &self.entries[w[0]..w[1]])
     }
 }
 
+/// The same matrix under assembly, row by row.
+struct Rows {
+    count: usize,
+    /// (column, row, value).
+    entries: Vec<(usize, usize, f64)>,
+    /// How many entries the columns before a column have, and it itself.
+    ends: Vec<usize>,
+}
+
+impl Rows {
+    fn new(width: usize) -> Self {
+        Rows { count: 0, entries: Vec::with_capacity(16 * width), ends: vec![0; width] }
+    }
+
+    /// One more row: its entries that are not 0.
+    fn push(&mut self, entries: impl Iterator<Item = (usize, f64)>) {
+        for (column, value) in entries.filter(|e| e.1 != 0.0) {
+            self.entries.push((column, self.count, value));
+            self.ends[column] += 1;
+        }
+        self.count += 1;
+    }
+
+    fn columns(self) -> SparseColumns {
+        let mut starts = Vec::with_capacity(self.ends.len() + 1);
+        starts.push(0);
+        starts.extend(self.ends.iter().scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        }));
+        let mut at = starts.clone();
+        let mut entries = vec![(0, 0.0); self.entries.len()];
+        for (column, row, value) in self.entries {
+            entries[at[column]] = (row, value);
+            at[column] += 1;
+        }
+        SparseColumns { starts, entries }
+    }
+}
+
 impl SectorProblem {
-    /// N, row by row, padded: Dᵀ Q D for the deviation D, less the pull in the column of the constant. The row of the constant lacks
-    /// its pull: no one asks for it.
+    /// N, the lower triangle row by row, padded: Dᵀ Q D for D = (deviation, inner values as they are), less the pull in the column
+    /// of the constant. What lies above the triangle, and the row of the constant, hold what they held: no one asks for them.
     #[inline(always)]
     fn normal<'a>(&self, samples: &Samples, stiffness: f64, scratch: &'a mut Scratch) -> &'a mut [f64] {
-        let (width, size) = (padded(self.deviation.width), padded(self.pull.len()));
-        let Scratch { quadratic, turned, row, normal } = scratch;
-        quadratic.clone_from(&self.energy);
-        axpy(quadratic, stiffness * self.area, self.bends.as_ref().unwrap_or(&samples.bends));
-        // (Q D)ᵀ, row by row
-        refill(turned, width * size);
-        for (line, entries) in quadratic.chunks_exact(size).zip(self.deviation.rows()) {
-            for &(c, f) in entries {
-                axpy(&mut turned[c * size..(c + 1) * size], f, line);
-            }
+        let (outer, nb) = (samples.outer, 1 + self.border.len());
+        let (width, size, line) = (padded(self.width(samples)), padded(self.pull.len()), padded(nb));
+        let Scratch { quadratic, turned, product, normal } = scratch;
+        let (bends, weight) = (self.bends.as_ref().unwrap_or(&samples.bends), stiffness * self.area);
+        quadratic.clear();
+        quadratic.extend(self.energy.iter().zip(bends).map(|(x, bend)| x + weight * bend));
+        let (whole, triangle) = quadratic.split_at(outer * size);
+        // (Q D)ᵀ of the outer columns, row by row, and the same turned
+        let turned = room(turned, nb * size);
+        let product = room(product, self.pull.len() * line);
+        for (c, (row, entries)) in turned.chunks_exact_mut(size).zip(self.deviation.columns()).enumerate() {
+            combine(row, entries, whole, size);
+            product.iter_mut().skip(c).step_by(line).zip(row).for_each(|(to, x)| *to = *x);
         }
-        refill(normal, self.deviation.width * width);
-        refill(row, width);
-        for (r, entries) in self.deviation.rows().enumerate() {
-            row.iter_mut().zip(turned.iter().skip(r).step_by(size)).for_each(|(x, t)| *x = *t);
-            row[0] -= self.pull[r];
-            for &(c, f) in entries {
-                axpy(&mut normal[c * width..c * width + padded(c + 1)], f, row);
-            }
+        for (row, pull) in product.chunks_exact_mut(line).zip(&self.pull) {
+            row[0] -= pull;
+        }
+        let normal = room(normal, self.width(samples) * width);
+        let (border, inner) = normal.split_at_mut(nb * width);
+        for (c, (row, entries)) in border.chunks_exact_mut(width).zip(self.deviation.columns()).enumerate().skip(1) {
+            combine(&mut row[..padded(c + 1)], entries, product, line);
+        }
+        let mut rest = triangle;
+        for (k, (row, product)) in inner.chunks_exact_mut(width).zip(product[outer * line..].chunks_exact(line)).enumerate() {
+            let (own, others) = rest.split_at(k + 1);
+            row[..nb].copy_from_slice(&product[..nb]);
+            row[nb..nb + k + 1].copy_from_slice(own);
+            rest = others;
         }
         normal
     }
@@ -596,12 +693,12 @@ impl SectorProblem {
 struct Scratch {
     quadratic: Vec<f64>,
     turned: Vec<f64>,
-    row: Vec<f64>,
+    product: Vec<f64>,
     normal: Vec<f64>,
 }
 
-/// So many zeros.
-fn refill(x: &mut Vec<f64>, n: usize) {
-    x.clear();
-    x.resize(n, 0.0);
+/// The first n numbers, whatever they are: at least so many.
+fn room(x: &mut Vec<f64>, n: usize) -> &mut [f64] {
+    x.resize(x.len().max(n), 0.0);
+    &mut x[..n]
 }
