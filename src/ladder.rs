@@ -82,7 +82,7 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
 
 /// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer, on a fine layout where
 /// the usual one serves neither degree.
-fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
+pub fn smooth(film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
     let on = |layout: Result<Layout, String>| by_degree(&layout?, film, options, degrees);
     on(Layout::new(&film.star, &film.cells)).or_else(|e| on(Layout::fine(&film.star, &film.cells)).map_err(|fine| both(e, fine)))
 }
