@@ -5,6 +5,7 @@
 use crate::node::{Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
+use crate::patch::figures::{self, Figures};
 use crate::patch::layout::Layout;
 use crate::patch::{self, Degree, Fitted, Rim, Skin};
 
@@ -46,6 +47,7 @@ pub struct Built {
     pub skin: Skin,
     pub rung: Rung,
     pub quality: Quality,
+    pub figures: Figures,
     /// Why each higher rung failed.
     pub reasons: Vec<String>,
 }
@@ -54,9 +56,19 @@ pub struct Built {
 pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {
     if star.degree() == 1 {
         let rims = vec![Rim { axis: star.axes[0], cut: 0.0, radius: 1.0, taper: star.tapers[0], arcs: vec![] }];
-        return Ok(Built { skin: Skin { rims, ..Skin::default() }, rung: Rung::End, quality: Quality::default(), reasons: vec![] });
+        return Ok(Built {
+            skin: Skin { rims, ..Skin::default() },
+            rung: Rung::End,
+            quality: Quality::default(),
+            figures: Figures::default(),
+            reasons: vec![],
+        });
     }
     let mut reasons = Vec::new();
+    let built = |fitted: Fitted, rung, reasons| {
+        let figures = figures::measure(&fitted.skin, &star);
+        Built { skin: fitted.skin, rung, quality: fitted.quality, figures, reasons }
+    };
     let film = |method| Film::build(star.clone(), method, options.fairing, options.levels);
     match film(Method::SoapFilm).and_then(|film| smooth(&film, options, degrees)) {
         Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
@@ -104,8 +116,4 @@ fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees)
 /// Why neither layout serves.
 fn both(usual: String, fine: String) -> String {
     if usual == fine { usual } else { format!("{usual} (on a fine layout: {fine})") }
-}
-
-fn built(fitted: Fitted, rung: Rung, reasons: Vec<String>) -> Built {
-    Built { skin: fitted.skin, rung, quality: fitted.quality, reasons }
 }

@@ -12,7 +12,7 @@ use crate::node::film::{self, Control, FIXED_ROWS};
 use crate::node::mesh::Mesh;
 use crate::node::{Cells, Fairing, Film, Shape, Star, cut, refine, savio};
 use crate::options::Options;
-use crate::patch::{Skin, fairness};
+use crate::patch::{Skin, fairness, figures};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -50,8 +50,10 @@ impl Reading {
     /// What we build.
     pub const OURS: Reading = Reading::new("ours", Some(Fairing::Ray), FIXED_ROWS);
 
+    pub const SAVIO: Reading = Reading { name: "Savio", film: How::Savio };
+
     /// Beside ours section 3.3.2 to the letter, uniform weights, the rim and its 2-ring fixed; and Savio's method.
-    pub const USUAL: [Reading; 3] = [Reading::OURS, Reading { name: "Savio", film: How::Savio }, Reading::new("as printed", Some(Fairing::Paper), FIXED_ROWS)];
+    pub const USUAL: [Reading; 3] = [Reading::OURS, Reading::SAVIO, Reading::new("as printed", Some(Fairing::Paper), FIXED_ROWS)];
 
     /// What else the paper's words leave room for.
     pub const OTHERS: [Reading; 5] = [
@@ -111,6 +113,11 @@ pub struct Patches {
     pub thin_plate: f64,
     pub variation: f64,
     pub max_edge_jump: f64,
+    /// Against the original node, mm³.
+    pub added: f64,
+    pub removed: f64,
+    /// The same from the few samples of a report.
+    pub reported: [f64; 2],
 }
 
 /// What was measured of one node, by reading.
@@ -122,17 +129,22 @@ pub struct Measured {
     pub patches: Vec<Option<Patches>>,
 }
 
+/// Parts each way on a patch whose volume is measured.
+const VOLUME_PARTS: usize = 32;
+
 /// Measures nodes with the options of a usual run.
 pub struct Evaluation {
     /// Least number of points on each surface.
     pub samples: usize,
+    /// Refinement levels of our film.
+    pub levels: u32,
     options: Options,
     degrees: Degrees,
 }
 
 impl Evaluation {
     pub fn new(samples: usize) -> Evaluation {
-        Evaluation { samples, options: Options::default(), degrees: Degrees::new() }
+        Evaluation { samples, levels: Options::default().levels, options: Options::default(), degrees: Degrees::new() }
     }
 
     /// The node of struts along these unit vectors.
@@ -149,7 +161,7 @@ impl Evaluation {
             let film = self.film(&star, reading).ok();
             let skin = film.as_ref().and_then(|film| self.skin(film).ok());
             measured.films.push(film.map(|film| self.mesh(refined(&film), &original)));
-            measured.patches.push(skin.map(|skin| self.patches(&skin, &original)));
+            measured.patches.push(skin.map(|skin| self.patches(&skin, &star, &original)));
         }
         Ok(measured)
     }
@@ -166,7 +178,7 @@ impl Evaluation {
                 if let Some(fairing) = fairing {
                     fair::fair(&mut control, fairing, hold)?;
                 }
-                refine::refine(control, star, self.options.levels)
+                refine::refine(control, star, self.levels)
             }
         };
         Ok(Film { star: star.clone(), cells, shape: Shape::Mesh(mesh) })
@@ -187,13 +199,16 @@ impl Evaluation {
         Ok([mesh].into_iter().chain(patches).collect())
     }
 
-    fn mesh(&self, mesh: &Mesh, original: &Original) -> Refined {
+    /// Figures of a refined mesh.
+    pub fn mesh(&self, mesh: &Mesh, original: &Original) -> Refined {
         let mut means: Vec<(f64, f64)> = fields::mean_curvatures(mesh).into_iter().map(|(mean, area)| (mean.abs(), area)).collect();
         Refined { deviation: of_mesh(mesh, original, self.samples), usual_mean_curvature: fairness::share(&mut means, 0.99) }
     }
 
-    fn patches(&self, skin: &Skin, original: &Original) -> Patches {
+    fn patches(&self, skin: &Skin, star: &Star, original: &Original) -> Patches {
         let fairness = fairness::measure(skin);
+        let [added, removed] = figures::volumes(skin, star, VOLUME_PARTS);
+        let few = figures::measure(skin, star);
         Patches {
             deviation: of_skin(skin, original, self.samples),
             patches: skin.patches.len(),
@@ -205,6 +220,9 @@ impl Evaluation {
             thin_plate: fairness.thin_plate,
             variation: fairness.variation,
             max_edge_jump: fairness.most_jump,
+            added,
+            removed,
+            reported: [few.added, few.removed],
         }
     }
 }

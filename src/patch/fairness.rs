@@ -80,6 +80,11 @@ pub fn mean(surface: &NurbsSurface, u: f64, v: f64) -> f64 {
     Curved::new(&surface.jet2(u, v)).mean
 }
 
+/// The concave curvature at (u, v), in 1/r: minus the smaller principal curvature, at least 0.
+pub fn concave(surface: &NurbsSurface, u: f64, v: f64) -> f64 {
+    Curved::new(&surface.jet2(u, v)).concave()
+}
+
 /// Measure all patches of a skin and the edges between them.
 pub fn measure(skin: &Skin) -> Fairness {
     let mut sum = Fairness::default();

@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod fairness;
+pub mod figures;
 pub mod fit;
 pub mod forms;
 pub mod layout;

@@ -1,5 +1,6 @@
 //! `lattice-brep evaluate`: the paper's own evaluation, Case study 1, beside its figures.
 
+mod levels;
 mod ply;
 mod sets;
 mod tables;
@@ -10,6 +11,7 @@ use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lattice_brep::error::Error;
 use lattice_brep::evaluate::{Evaluation, Measured, Reading};
+use levels::LevelsArgs;
 use rayon::prelude::*;
 use serde::Serialize;
 use sets::{Kind, SETS, Set};
@@ -25,6 +27,7 @@ pub struct EvaluateArgs {
 #[derive(Subcommand)]
 enum What {
     Nodes(NodesArgs),
+    Levels(LevelsArgs),
 }
 
 /// Case study 1: distance of single nodes from the original shape (Table 1), and their curvature
@@ -82,8 +85,10 @@ fn least_angle(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(args: &EvaluateArgs) -> Result<(), Error> {
-    let What::Nodes(args) = &args.what;
-    args.run()
+    match &args.what {
+        What::Nodes(args) => args.run(),
+        What::Levels(args) => args.run(),
+    }
 }
 
 /// All nodes of a set.
@@ -129,7 +134,7 @@ impl NodesArgs {
         for reading in readings {
             for (kind, fields) in evaluation.surfaces(axes, reading).map_err(Error::Internal)? {
                 let name = format!("{}-{}-{kind}.ply", set.name, reading.name.to_lowercase().replace([' ', ','], "-"));
-                output::write(Some(&folder.join(name)), |out| ply::write(&fields, out))?;
+                output::write(Some(&folder.join(name)), |out| ply::write(axes, &fields, out))?;
             }
         }
         Ok(())
