@@ -55,6 +55,21 @@ fn surfaces_are_written_with_their_figures() {
     }
 }
 
+/// Figure 13: each level has four times the facets, and the film settles.
+#[test]
+fn levels_are_timed() {
+    let out = Command::new(env!("CARGO_BIN_EXE_lattice-brep")).args(["evaluate", "levels", "--runs", "1", "--samples", "1000"]).output().unwrap();
+    let text = String::from_utf8(out.stdout).unwrap();
+    let rows: Vec<Vec<f64>> =
+        text.lines().filter_map(|l| l.strip_prefix("| regular-6 | ")).map(|l| l.split('|').filter_map(|cell| cell.trim().parse().ok()).collect()).collect();
+    assert_eq!(rows.len(), 6, "{text}");
+    for (level, row) in rows.iter().enumerate() {
+        assert_eq!((row[0], row[1]), (level as f64, 768.0 * 4f64.powi(level as i32)));
+        assert!(row[2] > 0.0);
+    }
+    assert!((rows[5][3] - rows[4][3]).abs() < (rows[2][3] - rows[1][3]).abs());
+}
+
 #[test]
 fn figures_do_not_depend_on_threads() {
     let one = ["--sets", "irregular-6,irregular-12", "--count", "3", "--samples", "2000", "--readings", "--threads"];

@@ -23,6 +23,7 @@ ROWS = (("Savio", "savio-mesh"), ("ours", "ours-patches"))
 TILE, SUPER, MARGIN = 230, 2, 66  # pixels of a tile, how many of ours make one along each axis, room for names on the left
 VIEW = (28, 18)
 INK = (40, 40, 40)
+CAP = (0.55, 0.56, 0.58)
 CURVATURE, DISTANCE = (-3.0, 1.0), (-0.3, 0.3)  # 1/mm and mm: both methods and all nodes on one scale
 
 
@@ -38,12 +39,37 @@ def normals(surface: ply.Surface) -> np.ndarray:
     return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
 
 
+def caps(surface: ply.Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Points and triangles of the discs in the rims, so that nobody looks into the node."""
+    points, triangles = [], []
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    for axis in surface.axes:
+        height = surface.points @ axis
+        radius = np.linalg.norm(surface.points - height[:, None] * axis, axis=1)
+        cut = height[np.abs(radius - 1) < 1e-9].max()
+        side = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        side /= np.linalg.norm(side)
+        first = len(surface.points) + sum(map(len, points))
+        points.append(np.vstack([cut * axis, cut * axis + np.outer(np.cos(turn), side) + np.outer(np.sin(turn), np.cross(axis, side))]))
+        around = first + 1 + np.arange(len(turn))
+        triangles.append(np.stack([np.full(len(turn), first), around, np.roll(around, -1)], 1))
+    return np.vstack(points), np.vstack(triangles)
+
+
 def tile(surface: ply.Surface, values: np.ndarray, span: tuple[float, float]) -> Image.Image:
     size = TILE * SUPER
+    discs, fans = caps(surface)
+    colours = np.vstack([pictures.ramp(values, span), np.tile(CAP, (len(discs), 1))])
+    towards_us = np.vstack([normals(surface), np.tile((0.0, 0.0, 0.0), (len(discs), 1))])
+    surface = ply.Surface(surface.axes, np.vstack([surface.points, discs]), surface.distances, surface.means, np.vstack([surface.triangles, fans]))
     project, axes = pictures.look(surface.points, VIEW, size)
-    _, owner, weights = pictures.rasterize(project(surface.points), surface.triangles, size)
-    colour = pictures.ramp(pictures.interpolate(values, surface.triangles, owner, weights), span)
-    normal = pictures.interpolate(normals(surface), surface.triangles, owner, weights)
+    screen = project(surface.points)
+    a, b, c = (screen[surface.triangles[:, k], :2] for k in range(3))
+    towards = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])  # pixel rows count downward
+    triangles = surface.triangles[towards]
+    _, owner, weights = pictures.rasterize(screen, triangles, size)
+    colour = pictures.interpolate(colours, triangles, owner, weights)
+    normal = pictures.interpolate(towards_us, triangles, owner, weights)
     image = np.where((owner >= 0)[..., None], pictures.shade(normal, axes, colour, 0.75), 1.0)
     return Image.fromarray((image * 255).astype(np.uint8)).resize((TILE, TILE), Image.Resampling.LANCZOS)
 
@@ -63,7 +89,7 @@ def sheet(folder: Path, name: str, span: tuple[float, float], text: str, pick) -
 
 def save(image: Image.Image, name: str) -> None:
     path = pictures.FOLDER / name
-    image.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    image.quantize(96, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"figures: {path.relative_to(program.ROOT)}, {path.stat().st_size / 1000:.0f} kB")
 
 
