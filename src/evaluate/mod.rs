@@ -116,8 +116,8 @@ pub struct Patches {
     /// Against the original node, mm³.
     pub added: f64,
     pub removed: f64,
-    /// The same from the few samples of a report.
-    pub reported: [f64; 2],
+    /// Added, removed and least concave radius from the few samples of a report.
+    pub reported: [f64; 3],
 }
 
 /// What was measured of one node, by reading.
@@ -129,8 +129,8 @@ pub struct Measured {
     pub patches: Vec<Option<Patches>>,
 }
 
-/// Parts each way on a patch whose volume is measured.
-const VOLUME_PARTS: usize = 32;
+/// Gauss points each way on a patch whose volume is measured.
+const VOLUME_POINTS: usize = 32;
 
 /// Measures nodes with the options of a usual run.
 pub struct Evaluation {
@@ -207,7 +207,7 @@ impl Evaluation {
 
     fn patches(&self, skin: &Skin, star: &Star, original: &Original) -> Patches {
         let fairness = fairness::measure(skin);
-        let [added, removed] = figures::volumes(skin, star, VOLUME_PARTS);
+        let [added, removed] = figures::volumes(skin, star, VOLUME_POINTS);
         let few = figures::measure(skin, star);
         Patches {
             deviation: of_skin(skin, original, self.samples),
@@ -222,7 +222,7 @@ impl Evaluation {
             max_edge_jump: fairness.most_jump,
             added,
             removed,
-            reported: [few.added, few.removed],
+            reported: [few.added, few.removed, 1.0 / few.concave],
         }
     }
 }
