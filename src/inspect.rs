@@ -24,8 +24,11 @@ const PATCHES_PER_END: usize = 6;
 const PATCHES_PER_END_OF_TWO: usize = 4;
 /// Bytes of STEP text per face. Measured: 5,800 (cells of 10 mm) to 7,800 (12,550 struts of a tetrahedral mesh).
 const BYTES_PER_FACE: f64 = 7_000.0;
-/// Memory at the peak per face, bytes. Measured on the same mesh: 1.07 GB for 153,708 faces.
-const MEMORY_PER_FACE: f64 = 7_000.0;
+/// Memory at the peak per face, bytes: tables, and skins up to a limit (`settle.rs`) where nodes differ. Measured: 448 MB for the
+/// 153,708 faces of the same mesh, 945 MB for 2,806,568 faces of a block of BCC, whose nodes are equal.
+const TABLES_PER_FACE: f64 = 350.0;
+const SKINS_PER_FACE: f64 = 3_000.0;
+const MOST_SKINS: f64 = 256e6;
 /// CPU time per patch, seconds. Measured: 0.0007 (kelvin) to 0.0011 (the same mesh) on a core of a 2020s server.
 const SECONDS_PER_PATCH: f64 = 0.001;
 
@@ -342,7 +345,12 @@ fn estimate(graph: &Graph) -> Estimate {
     };
     let (patches, caps) = graph.used_nodes().map(of_node).fold((0, 0), |sum, x| (sum.0 + x.0, sum.1 + x.1));
     let faces = graph.struts().len() + patches + caps;
-    Estimate { faces, bytes: faces as f64 * BYTES_PER_FACE, memory_bytes: faces as f64 * MEMORY_PER_FACE, cpu_seconds: patches as f64 * SECONDS_PER_PATCH }
+    Estimate {
+        faces,
+        bytes: faces as f64 * BYTES_PER_FACE,
+        memory_bytes: faces as f64 * TABLES_PER_FACE + (faces as f64 * SKINS_PER_FACE).min(MOST_SKINS),
+        cpu_seconds: patches as f64 * SECONDS_PER_PATCH,
+    }
 }
 
 impl From<NearMiss> for Pair {

@@ -2,7 +2,8 @@
 //!
 //! Soap film ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused.
 
-use crate::node::{Film, Method, Star};
+use crate::node::cells::{LEAST_SNAP, SNAP};
+use crate::node::{Cells, Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
 use crate::patch::figures::{self, Figures};
@@ -69,27 +70,30 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
         let figures = figures::measure(&fitted.skin, &star);
         Built { skin: fitted.skin, rung, quality: fitted.quality, figures, reasons }
     };
-    let film = |method| Film::build(star.clone(), method, options.fairing, options.levels);
-    match film(Method::SoapFilm).and_then(|film| smooth(&film, options, degrees)) {
+    let film = |cells, method| Film::of_cells(star.clone(), cells, method, options.fairing, options.levels);
+    match on_cells(&star, |cells| film(cells, Method::SoapFilm).and_then(|film| smooth(&film, options, degrees))) {
         Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
         Err(e) => reasons.push(format!("soap film: {e}")),
     }
-    match film(Method::LevelSet) {
-        Ok(film) => {
-            for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
-                match patch::fit(&film, tables).or_else(|e| patch::fit_fine(&film, tables).map_err(|fine| both(e, fine))) {
-                    Ok(fitted) => return Ok(built(fitted, rung, reasons)),
-                    Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.along())),
-                }
-            }
-            match patch::sharp(&film, &degrees.usual) {
-                Ok(fitted) => return Ok(built(fitted, Rung::Sharp, reasons)),
-                Err(e) => reasons.push(format!("sharp: {e}")),
-            }
+    for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
+        let fit = |film: Film| patch::fit(&film, tables).or_else(|e| patch::fit_fine(&film, tables).map_err(|fine| both(e, fine)));
+        match on_cells(&star, |cells| film(cells, Method::LevelSet).and_then(fit)) {
+            Ok(fitted) => return Ok(built(fitted, rung, reasons)),
+            Err(e) => reasons.push(format!("level-set film, degree {}: {e}", tables.along())),
         }
-        Err(e) => reasons.push(format!("level-set film: {e}")),
+    }
+    match Cells::joined(&star, LEAST_SNAP).and_then(|cells| film(cells, Method::LevelSet)).and_then(|film| patch::sharp(&film, &degrees.usual)) {
+        Ok(fitted) => return Ok(built(fitted, Rung::Sharp, reasons)),
+        Err(e) => reasons.push(format!("sharp: {e}")),
     }
     Err(reasons)
+}
+
+/// With corners joined as usual; where that fails, as few as must be.
+pub fn on_cells<T>(star: &Star, build: impl Fn(Cells) -> Result<T, String>) -> Result<T, String> {
+    let [usual, least] = [SNAP, LEAST_SNAP].map(|snap| Cells::joined(star, snap));
+    let differ = usual.as_ref().map(|c| c.corners.len()) != least.as_ref().map(|c| c.corners.len());
+    usual.and_then(&build).or_else(|e| if differ { least.and_then(&build).map_err(|least| format!("{e} (with all corners: {least})")) } else { Err(e) })
 }
 
 /// Fit a film; with more control points where the tolerance asks for them and they bring the skin nearer, on a fine layout where

@@ -31,25 +31,30 @@ enum Command {
 
 fn main() -> ExitCode {
     let command = Args::parse().command;
-    let result = cli::output::clean_up_on_interrupt().and_then(|()| run(command));
+    let result = cli::output::clean_up_on_interrupt().and_then(|()| run(&command));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", error.brief(MOST_FAULTS_SHOWN));
+            if let Command::Export(args) = &command
+                && let Some(advice) = args.on_conflict.advice(&error)
+            {
+                eprintln!("help: {advice}");
+            }
             ExitCode::from(error.exit_code() as u8)
         }
     }
 }
 
-fn run(command: Command) -> Result<(), Error> {
+fn run(command: &Command) -> Result<(), Error> {
     match command {
-        Command::Bench(args) => cli::bench::run(&args),
-        Command::Cell(args) => cli::cell::run(&args),
-        Command::Check(args) => cli::check::run(&args),
-        Command::Evaluate(args) => cli::evaluate::run(&args),
-        Command::Export(args) => cli::export::run(&args),
-        Command::Inspect(args) => cli::inspect::run(&args),
-        Command::Repair(args) => cli::repair::run(&args),
-        Command::Schema(args) => cli::schema::run(&args),
+        Command::Bench(args) => cli::bench::run(args),
+        Command::Cell(args) => cli::cell::run(args),
+        Command::Check(args) => cli::check::run(args),
+        Command::Evaluate(args) => cli::evaluate::run(args),
+        Command::Export(args) => cli::export::run(args),
+        Command::Inspect(args) => cli::inspect::run(args),
+        Command::Repair(args) => cli::repair::run(args),
+        Command::Schema(args) => cli::schema::run(args),
     }
 }

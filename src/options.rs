@@ -4,6 +4,7 @@ use crate::brep::Caps;
 use crate::graph::check::Overlaps;
 use crate::node::Fairing;
 use crate::step::StepOptions;
+use std::path::PathBuf;
 
 /// What to do where no cuts fit on a strut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +31,10 @@ pub struct Options {
     /// control points; those that still miss it are counted in the report.
     pub tolerance: f64,
     pub caps: Caps,
+    /// Each node with its half struts is a part, placed in an assembly: many solids that touch, not one.
+    pub assembly: bool,
+    /// A folder for a temporary file without a name, where what is built waits if it is much; none: all stays in memory.
+    pub scratch: Option<PathBuf>,
     pub step: StepOptions,
 }
 
@@ -43,6 +48,8 @@ impl Default for Options {
             fairing: Fairing::Ray,
             tolerance: 0.05,
             caps: Caps::Flat,
+            assembly: false,
+            scratch: None,
             step: StepOptions::default(),
         }
     }

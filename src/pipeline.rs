@@ -1,18 +1,18 @@
 //! The one file that knows the order: graph ▶ films ▶ skins ▶ solids ▶ checks ▶ STEP text and report.
 
-use crate::brep::{self, AssembleOptions, BrepError, Crossing, Model, Other, QualityLimits, Surface};
+use crate::brep::{self, AssembleOptions, BrepError, Crossing, Instance, Model, Other, QualityLimits};
 use crate::cuts::{Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
 use crate::graph::check::Overlaps;
 use crate::graph::proximity::{NearMiss, near_misses};
 use crate::graph::{self, Graph, Lattice};
 use crate::ids::{NodeId, StrutId};
-use crate::ladder::{Built, Rung};
+use crate::ladder::Rung;
 use crate::options::Options;
-use crate::patch::Skin;
+use crate::patch::Shelved;
 use crate::patch::figures::Figures;
 use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
-use crate::settle::{Settled, Settling};
+use crate::settle::{Kept, Settled, Settling};
 use crate::step;
 use glam::DVec3;
 use std::io::Write;
@@ -48,6 +48,8 @@ impl Progress for Silent {
 /// A solid that passed every check, ready to be written, and its report (without the writing).
 pub struct Solved {
     pub model: Model,
+    /// Where the model's solids stand, if they are the units of an assembly.
+    pub instances: Vec<Instance>,
     facts: step::Facts,
     pub report: Report,
 }
@@ -74,15 +76,22 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     let mut clock = Clock::default();
     let begin = |nodes: u64| progress.stage("nodes", nodes, "nodes");
     let mut settling = clock.time("nodes", || Settling::new(&lattice.graph, options))?;
-    let (Settled { graph, cuts, shrunk, built }, model, crossings) = loop {
+    let (Settled { graph, cuts, shrunk, built }, model, instances, crossings) = loop {
         let settled = clock.time("nodes", || settling.settle(&begin, &|| progress.advance(1)))?;
         progress.stage("solids", 0, "");
-        let skins: Vec<Option<&Skin>> = settled.built.iter().map(|b| b.as_ref().map(|b| &b.skin)).collect();
+        let skins: Vec<Option<Shelved>> = settled.built.iter().map(|b| b.as_ref().map(|b| b.skin.clone())).collect();
         let assemble = AssembleOptions { caps: options.caps };
-        let model = clock.time("assembly", || brep::assemble(&settled.graph, &skins, &assemble)).map_err(internal)?;
-        let crossings = clock.time("checks", || brep::crossings(&model));
+        let put_together = || match options.assembly {
+            true => brep::units(&settled.graph, &skins, &assemble),
+            false => brep::assemble(&settled.graph, &skins, &assemble).map(|model| (model, vec![])),
+        };
+        let (model, instances) = clock.time("assembly", put_together).map_err(internal)?;
+        let crossings = clock.time("checks", || match options.assembly {
+            true => brep::unit_crossings(&settled.graph, &model, &instances),
+            false => brep::crossings(&model),
+        });
         if !settling.part(&meetings(&crossings)) {
-            break (settled, model, crossings);
+            break (settled, model, instances, crossings);
         }
     };
     let graph = &graph;
@@ -104,13 +113,21 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     })?;
     let measures = clock.time("measures", || model.solids.iter().map(brep::measure).collect::<Result<Vec<_>, _>>().map_err(|e| internal(vec![e])))?;
     let solids = model.solids.iter().zip(&measures).map(|(solid, m)| solid_facts(solid, m)).collect();
-    let measure = brep::measure_total(measures.into_iter());
+    let at_place = |instance: &Instance| {
+        let unit = measures[instance.unit as usize];
+        brep::Measure { centroid: unit.centroid + instance.at, ..unit }
+    };
+    let measure = match options.assembly {
+        true => brep::measure_total(instances.iter().map(at_place)),
+        false => brep::measure_total(measures.into_iter()),
+    };
     let worst = |w: &brep::Worst| Worst { value: w.value, place: w.to_string() };
     let shape = shape_facts(graph, &facts_of_nodes);
     let fit = fit_facts(&facts_of_nodes, options.tolerance);
     let report = Report {
         program: concat!("lattice-brep ", env!("CARGO_PKG_VERSION")).into(),
         counts: counts(&model),
+        instances: instances.len(),
         solids,
         volume_mm3: measure.volume,
         area_mm2: measure.area,
@@ -135,15 +152,20 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         stages: clock.stages,
     };
     let facts = step::Facts { measure, gap_mm: quality.gap_mm.value };
-    Ok(Solved { model, facts, report })
+    Ok(Solved { model, instances, facts, report })
 }
 
 /// Write the solids as STEP; adds size and time to the report.
-pub fn write(solved: &mut Solved, options: &Options, out: &mut dyn Write, progress: &dyn Progress) -> std::io::Result<()> {
+pub fn write(solved: &mut Solved, options: &Options, out: &mut (dyn Write + Send), progress: &dyn Progress) -> std::io::Result<()> {
     progress.stage("writing", 0, "");
     let start = Instant::now();
     let mut out = Counting { inner: out, bytes: 0 };
-    step::write(&solved.model, &solved.facts, &options.step, &mut out).map_err(std::io::Error::other)?;
+    let Solved { model, instances, facts, .. } = &*solved;
+    let written = match options.assembly {
+        true => step::write_assembly(model, instances, facts, &options.step, &mut out),
+        false => step::write(model, facts, &options.step, &mut out),
+    };
+    written.map_err(std::io::Error::other)?;
     solved.report.bytes = out.bytes;
     solved.report.stages.push(StageTime { stage: "writing".into(), seconds: start.elapsed().as_secs_f64() });
     Ok(())
@@ -190,8 +212,8 @@ struct NodeFacts {
 }
 
 impl NodeFacts {
-    fn of(built: &Built) -> NodeFacts {
-        let Built { rung, quality, figures, reasons, .. } = built;
+    fn of(built: &Kept) -> NodeFacts {
+        let Kept { rung, quality, figures, reasons, .. } = built;
         NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation, figures: *figures }
     }
 }
@@ -273,14 +295,12 @@ fn counts(model: &Model) -> Counts {
         counts.faces += c.faces;
         counts.edges += c.edges;
         counts.vertices += c.vertices;
-        for face in solid.faces() {
-            match face.surface {
-                Surface::Strut(k) if solid.slopes[k] == 0.0 => counts.cylinders += 1,
-                Surface::Strut(_) => counts.cones += 1,
-                Surface::Spline(_) => counts.patches += 1,
-                Surface::Plane { .. } | Surface::Sphere { .. } => counts.caps += 1,
-            }
-        }
+        let cylinders = solid.slopes.iter().filter(|&&slope| slope == 0.0).count();
+        let caps = solid.cap_count();
+        counts.cylinders += cylinders;
+        counts.cones += solid.struts.len() - cylinders;
+        counts.caps += caps;
+        counts.patches += c.faces - solid.struts.len() - caps;
     }
     counts.genus = counts.struts as i64 - counts.nodes as i64 + counts.components as i64;
     counts
@@ -310,7 +330,7 @@ impl Clock {
 }
 
 struct Counting<'a> {
-    inner: &'a mut dyn Write,
+    inner: &'a mut (dyn Write + Send),
     bytes: u64,
 }
 

@@ -11,9 +11,13 @@ use serde::Serialize;
 pub struct Report {
     /// Program and version.
     pub program: String,
+    /// What the file holds; of an assembly, what its different parts hold.
     pub counts: Counts,
+    /// Parts placed in an assembly; 0 without `--assembly`.
+    pub instances: usize,
     /// One for each connected part, in the order of the file.
     pub solids: Vec<Solid>,
+    /// Volume, area and centroid of all together; in an assembly each part counts as often as it is placed.
     pub volume_mm3: f64,
     pub area_mm2: f64,
     pub centroid_mm: [f64; 3],

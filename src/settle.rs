@@ -7,9 +7,12 @@ use crate::error::Error;
 use crate::graph::proximity::NearMiss;
 use crate::graph::{Arm, End, Graph};
 use crate::ids::NodeId;
-use crate::ladder::{self, Built, Degrees};
+use crate::ladder::{self, Built, Degrees, Rung};
 use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
+use crate::patch::check::Quality;
+use crate::patch::figures::Figures;
+use crate::patch::{Shelf, Shelved};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
@@ -21,19 +24,33 @@ const EASE: f64 = 0.93;
 /// Rounds of easing before a node is given up: radii are then a twentieth of what they were.
 const MOST_ROUNDS: usize = 40;
 
+/// Bytes of skins that stay in memory where there is a folder for the rest. Guessed: some 100,000 patches, so that few lattices need the disk.
+const IN_MEMORY: usize = 256 << 20;
+
+/// A node that was built.
+pub struct Kept {
+    pub skin: Shelved,
+    pub rung: Rung,
+    pub quality: Quality,
+    pub figures: Figures,
+    /// Why each higher rung failed.
+    pub reasons: Vec<String>,
+}
+
 /// A graph on its way to nodes that are all built.
 pub struct Settling<'a> {
     given: &'a Graph,
     options: &'a Options,
     radii: Radii<'a>,
     degrees: Degrees,
+    shelf: Shelf,
     known: Known,
     /// How often radii have been eased.
     rounds: usize,
 }
 
 /// What became of each different star, by its bits.
-type Known = HashMap<Vec<u64>, Result<Arc<Built>, Vec<String>>>;
+type Known = HashMap<Vec<u64>, Result<Arc<Kept>, Vec<String>>>;
 
 /// The graph, as given or with smaller radii, and its cuts, for which all nodes are built.
 pub struct Settled {
@@ -41,7 +58,7 @@ pub struct Settled {
     pub cuts: Cuts,
     pub shrunk: Vec<Shrunk>,
     /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built.
-    pub built: Vec<Option<Arc<Built>>>,
+    pub built: Vec<Option<Arc<Kept>>>,
 }
 
 impl<'a> Settling<'a> {
@@ -51,7 +68,8 @@ impl<'a> Settling<'a> {
         if options.on_conflict == (OnConflict::Shrink { part: true }) {
             cuts::part(&mut radii).map_err(cannot_part)?;
         }
-        Ok(Settling { given, options, radii, degrees: Degrees::new(), known: Known::new(), rounds: 0 })
+        let shelf = Shelf::new(options.scratch.clone(), IN_MEMORY);
+        Ok(Settling { given, options, radii, degrees: Degrees::new(), shelf, known: Known::new(), rounds: 0 })
     }
 
     /// Settle cuts and build all nodes. `begin` is told how many nodes a round builds, `advance` each one, from any thread.
@@ -64,7 +82,9 @@ impl<'a> Settling<'a> {
             let graph = self.radii.graph();
             let stars = stars(&graph, &cuts, self.options);
             let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
-            self.build(unknown(&stars, &keys, &self.known), begin, advance);
+            let new = unknown(&stars, &keys, &self.known);
+            drop(stars);
+            self.build(new, begin, advance)?;
             let of = |n: NodeId| self.known.get(&keys[n.index()]);
             let failed: Vec<(NodeId, &[String])> = graph.node_ids().filter_map(|n| Some((n, of(n)?.as_ref().err()?.as_slice()))).collect();
             if failed.is_empty() {
@@ -74,21 +94,24 @@ impl<'a> Settling<'a> {
             if !self.may_ease() {
                 return Err(cannot_build(&graph, &failed));
             }
-            let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: EASE };
-            let wishes: Vec<Thinner> = failed.iter().flat_map(|&(n, _)| graph.arms(n)).map(ease).collect();
+            let wishes = failed.iter().flat_map(|&(n, _)| easings(&graph, n)).collect();
             self.ease(wishes);
         }
     }
 
-    fn build(&mut self, new: Vec<(Vec<u64>, Star)>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) {
+    fn build(&mut self, new: Vec<(Vec<u64>, Star)>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<(), Error> {
         begin(new.len() as u64);
         let build = |(key, star): (Vec<u64>, Star)| {
-            let built = ladder::build(star, self.options, &self.degrees).map(Arc::new);
+            let kept = match ladder::build(star, self.options, &self.degrees) {
+                Ok(Built { skin, rung, quality, figures, reasons }) => Ok(Arc::new(Kept { skin: self.shelf.keep(skin)?, rung, quality, figures, reasons })),
+                Err(reasons) => Err(reasons),
+            };
             advance();
-            (key, built)
+            Ok((key, kept))
         };
-        let built: Vec<_> = new.into_par_iter().map(build).collect();
+        let built: Vec<_> = new.into_par_iter().map(build).collect::<std::io::Result<_>>().map_err(Error::io("temporary file"))?;
         self.known.extend(built);
+        Ok(())
     }
 
     /// Skins of these nodes meet at these places (mm) what they should not: make the node's strut that points there thinner at that height.
@@ -116,6 +139,17 @@ impl<'a> Settling<'a> {
         self.rounds += 1;
         self.radii.thin(wishes);
     }
+}
+
+/// Make the radii at a node that cannot be built more equal, as such nodes are easier to build: its thick struts thinner, but none thinner than its
+/// thinnest. Where they are equal, all of them: cuts that were squeezed then get more room.
+fn easings(graph: &Graph, node: NodeId) -> Vec<Thinner> {
+    let arms = graph.arms(node);
+    let least = arms.iter().map(|&arm| graph.radius(arm)).fold(f64::INFINITY, f64::min);
+    let equal = arms.iter().all(|&arm| graph.radius(arm) <= least * (1.0 + 1e-9));
+    let to = |arm: &Arm| if equal { EASE } else { EASE.max(least / graph.radius(*arm)) };
+    let ease = |arm: &Arm| Thinner { strut: arm.strut, t: if arm.end == End::A { 0.0 } else { 1.0 }, to: to(arm) };
+    arms.iter().map(ease).filter(|wish| wish.to < 1.0).collect()
 }
 
 /// The stars with struts that are not known yet, each once, in the order of their first nodes.

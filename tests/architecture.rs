@@ -157,16 +157,6 @@ fn the_table_has_no_ring_and_no_row_without_code() {
 }
 
 #[test]
-fn only_brep_names_truck() {
-    for (layer, path) in sources() {
-        let text = code(&fs::read_to_string(&path).unwrap());
-        let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-        let truck = words.filter(|w| w.starts_with("truck_")).count();
-        assert!(layer == "brep" || truck == 0, "{} names truck", path.display());
-    }
-}
-
-#[test]
 fn the_rule_sees_every_way_to_name_a_layer() {
     let layers: BTreeSet<String> = ["graph", "math", "node", "patch", "step"].map(str::to_owned).into();
     let may: BTreeSet<String> = ["graph", "math"].map(str::to_owned).into();

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Random, flat, random, v};
 use glam::DVec3;
-use lattice_brep::brep::{Caps, Crossing, Model, Other, Solid, Surface, crossings};
+use lattice_brep::brep::{Caps, Crossing, Face, Model, Other, Solid, Surface, crossings};
 use lattice_brep::error::Error;
 use lattice_brep::graph::catalogue::{Cell, generate};
 use lattice_brep::graph::check::Overlaps;
@@ -77,11 +77,10 @@ fn reach_of_crotch() -> f64 {
 /// Points of the skin of the solid's `n`-th node: a square of them on each patch.
 fn points(solid: &Solid, n: usize, count: usize) -> impl Iterator<Item = DVec3> {
     let at = move |k: usize| k as f64 / (count - 1) as f64;
-    let patches = solid.node_faces()[n].clone().filter_map(|f| match &solid.faces()[f].surface {
-        Surface::Spline(s) => Some(solid.spline_surface(s, DVec3::ZERO)),
-        _ => None,
-    });
-    patches.flat_map(move |s| (0..count * count).map(move |k| s.point(at(k / count), at(k % count))))
+    let part = solid.part(n);
+    let surface = |face: &Face| if let Surface::Spline(s) = &face.surface { Some(part.spline_surface(s, DVec3::ZERO)) } else { None };
+    let patches: Vec<_> = part.faces.iter().filter_map(surface).collect();
+    patches.into_iter().flat_map(move |s| (0..count * count).map(move |k| s.point(at(k / count), at(k % count))))
 }
 
 #[test]

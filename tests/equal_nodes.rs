@@ -19,5 +19,5 @@ fn equal_stars_share_one_skin_and_it_is_the_same_to_the_bit() {
     let cell = generate(Cell::Bcc, 8.0, [1, 1, 1], 0.5).unwrap();
     let alone = Settling::new(&cell, &Options::default()).unwrap().settle(&|_| (), &|| ()).unwrap();
     let centre = cell.node_ids().find(|&n| cell.degree(n) == 8).unwrap();
-    assert_eq!(format!("{:?}", full[0].skin), format!("{:?}", alone.built[centre.index()].as_ref().unwrap().skin));
+    assert_eq!(format!("{:?}", full[0].skin.skin()), format!("{:?}", alone.built[centre.index()].as_ref().unwrap().skin.skin()));
 }

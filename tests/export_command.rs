@@ -182,6 +182,28 @@ fn merging_that_goes_too_far_or_makes_struts_overlap_is_refused() {
     let run = export(&crossed, &["--on-conflict", "merge", "-o", folder.path("out.step").to_str().unwrap()]);
     assert_eq!(run.status.code(), Some(2));
     assert!(stderr(&run).contains("struts[4]: found its axis 1.9") && !folder.path("out.step").exists(), "{}", stderr(&run));
+    assert!(stderr(&run).contains("help: `--on-conflict merge,shrink`"), "{}", stderr(&run));
+}
+
+#[test]
+fn merge_and_shrink_together_build_what_neither_can() {
+    // two nodes so near that no radii part their other struts, and a strut that crosses one of these
+    let folder = Folder::new();
+    let nodes = "[0,0,0],[0.05,0,0],[-10,17,0],[-10,-17,0],[10,17,0],[10,-17,0],[5,10,-8],[5,10,8]";
+    let ends = [(0, 1), (0, 2), (0, 3), (1, 4), (1, 5), (6, 7)].map(|(a, b)| format!(r#"{{"a":{a},"b":{b},"ra":1,"rb":1}}"#)).join(",");
+    let graph = folder.write("foam.json", &format!(r#"{{"nodes":[{nodes}],"struts":[{ends}]}}"#));
+    for (policy, code) in [("refuse", 2), ("shrink", 3), ("merge", 2)] {
+        let run = export(&graph, &["--on-conflict", policy]);
+        assert_eq!(run.status.code(), Some(code), "{policy}: {}", stderr(&run));
+        assert!(stderr(&run).contains("help: ") && stderr(&run).contains("merge,shrink"), "{policy}: {}", stderr(&run));
+    }
+    let report = folder.path("r.json");
+    let run = export(&graph, &["--on-conflict", "merge,shrink", "--report", report.to_str().unwrap()]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    assert_eq!(report["repairs"].as_array().unwrap().len(), 1);
+    assert!(!report["cuts"]["shrunk"].as_array().unwrap().is_empty());
+    assert_eq!((report["counts"]["struts"].as_u64(), report["counts"]["components"].as_u64()), (Some(5), Some(2)));
 }
 
 #[test]
@@ -270,4 +292,25 @@ fn an_interrupt_leaves_nothing_behind() {
     assert!(killer.wait().unwrap().success());
     assert_eq!(run.wait().unwrap().code(), Some(130));
     assert_eq!(folder.names(), ["octet.json"]);
+}
+
+#[test]
+fn a_compressed_file_holds_the_bytes_of_the_plain_one() {
+    let (folder, plain) = (Folder::new(), Folder::new());
+    let input = folder.write("corner.json", CORNER);
+    for (name, into) in [("part.stp", &plain), ("part.stpZ", &folder)] {
+        let out = export(&input, &["-q", "-o", into.path(name).to_str().unwrap()]);
+        assert!(out.status.success(), "{}", stderr(&out));
+    }
+    let packed = folder.path("part.stpZ");
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&packed).unwrap()).unwrap();
+    assert_eq!((archive.len(), archive.by_index(0).unwrap().name().unwrap().as_ref()), (1, "part.stp"));
+    let mut text = vec![];
+    std::io::Read::read_to_end(&mut archive.by_index(0).unwrap(), &mut text).unwrap();
+    assert!(text == std::fs::read(plain.path("part.stp")).unwrap());
+    assert!(2 * packed.metadata().unwrap().len() < text.len() as u64);
+
+    let check = |path: &Path| Command::new(env!("CARGO_BIN_EXE_lattice-brep")).arg("check").arg(path).output().unwrap();
+    let (a, b) = (check(&packed), check(&plain.path("part.stp")));
+    assert!(a.status.success() && a.stdout == b.stdout, "{}", stderr(&a));
 }

@@ -5,7 +5,6 @@ mod common;
 use common::*;
 use glam::DVec3;
 use lattice_brep::node::film::{Control, FIXED_ROWS, LAYERS, STEP, columns, control_mesh};
-use lattice_brep::node::mesh::NONE;
 use lattice_brep::node::{Cells, Star};
 use std::collections::BTreeSet;
 
@@ -64,12 +63,12 @@ fn film_and_discs_cover_the_sphere_once() {
         let (star, _, control) = film(axes);
         let corners = |t: &[u32; 3]| t.map(|v| control.points[v as usize]);
         let mut sum: f64 = control.triangles.0.iter().map(|t| solid_angle(corners(t))).sum();
-        for (h, &twin) in control.triangles.twins().iter().enumerate() {
-            if twin == NONE {
-                let t = control.triangles.0[h / 3];
-                let (a, b) = (t[h % 3] as usize, t[(h % 3 + 1) % 3] as usize);
-                let arm = control.rims[a].unwrap().arm as usize;
-                sum += solid_angle([control.points[b], control.points[a], star.cuts[arm] * star.axes[arm]]);
+        for (arm, rows) in control.rows.iter().enumerate() {
+            let rim = &rows[0];
+            for (k, &a) in rim.iter().enumerate() {
+                let [a, b] = [a, rim[(k + 1) % rim.len()]].map(|v| control.points[v as usize]);
+                // counter-clockwise about the axis, seen from outside
+                sum += solid_angle([a, b, star.cuts[arm] * star.axes[arm]]);
             }
         }
         assert!((sum - 4.0 * std::f64::consts::PI).abs() < 1e-9, "{name}: {sum}");

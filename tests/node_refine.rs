@@ -6,9 +6,11 @@ use common::*;
 use glam::DVec3;
 use lattice_brep::node::fair::{HOLD, fair};
 use lattice_brep::node::film::{Control, control_mesh};
-use lattice_brep::node::mesh::{Mesh, NONE, Rim, Triangles};
+use lattice_brep::node::mesh::{Caster, Mesh, Rim};
 use lattice_brep::node::refine::refine;
+use lattice_brep::node::sleeve::Sleeve;
 use lattice_brep::node::{Cells, Fairing, Star};
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
 fn unfaired(axes: Vec<DVec3>) -> (Star, Control) {
@@ -23,46 +25,138 @@ fn control(axes: Vec<DVec3>) -> (Star, Control) {
     (star, control)
 }
 
-/// A flat fan of `n` triangles in z = 0 around vertex 0, with flat normals: no lift. The outer ring counts as a rim.
-fn fan(n: usize, centre: DVec3) -> Control {
-    let ring = (0..n).map(|k| flat(360.0 * k as f64 / n as f64));
-    Control {
-        points: std::iter::once(centre).chain(ring).collect(),
-        free: vec![true; n + 1],
-        normals: vec![Some(DVec3::Z); n + 1],
-        triangles: Triangles((0..n).map(|k| [0, 1 + k as u32, 1 + ((k + 1) % n) as u32]).collect()),
-        rims: std::iter::once(None).chain((0..n).map(|_| Some(Rim { arm: 0 }))).collect(),
+/// All vertices of a mesh, those of a cell side once for each of its sleeves.
+fn points(mesh: &Mesh) -> Vec<DVec3> {
+    let sleeve = |s: &Sleeve| (0..=s.layers).flat_map(|row| (0..s.columns).map(move |c| s.point(row, c))).collect::<Vec<_>>();
+    mesh.sleeves.iter().flat_map(sleeve).collect()
+}
+
+/// The rules as printed, on any mesh: points and normals, facets.
+struct Plain {
+    vertices: Vec<[DVec3; 2]>,
+    rims: Vec<Option<Rim>>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Plain {
+    fn new(control: &Control) -> Plain {
+        let mut mean = vec![DVec3::ZERO; control.points.len()];
+        for t in &control.triangles.0 {
+            let [a, b, c] = t.map(|v| control.points[v as usize]);
+            t.iter().for_each(|&v| mean[v as usize] += (b - a).cross(c - a).normalize());
+        }
+        let vertices = (0..mean.len()).map(|v| [control.points[v], control.normals[v].unwrap_or(mean[v].normalize())]).collect();
+        Plain { vertices, rims: control.rims.clone(), triangles: control.triangles.0.clone() }
+    }
+
+    /// Equations 9 to 11: a new vertex from weighted old ones.
+    fn mean(&self, terms: &[(u32, f64)]) -> [DVec3; 2] {
+        let old = |k: usize| terms.iter().map(|&(v, w)| w * self.vertices[v as usize][k]).sum::<DVec3>();
+        let (t, normal) = (old(0), old(1).normalize());
+        let lift = |&(v, w): &(u32, f64)| {
+            let [p, n] = self.vertices[v as usize];
+            if n.dot(normal) < 0.5 { 0.0 } else { w * (n + normal).dot(p - t) / (n + normal).dot(normal) }
+        };
+        [t + terms.iter().map(lift).sum::<f64>() * normal, normal]
+    }
+
+    fn finer(&self, star: &Star) -> Plain {
+        // of each edge: the vertices across
+        let mut wings: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+        for t in &self.triangles {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                wings.entry([a.min(b), a.max(b)]).or_default().push(t[(k + 2) % 3]);
+            }
+        }
+        let (mut vertices, mut rims) = (Vec::new(), self.rims.clone());
+        for v in 0..self.vertices.len() as u32 {
+            let near: Vec<u32> = wings.keys().filter(|e| e.contains(&v)).map(|&[a, b]| a + b - v).collect();
+            let n = near.len() as f64;
+            let beta = (5.0 / 8.0 - (3.0 / 8.0 + (TAU / n).cos() / 4.0).powi(2)) / n;
+            let terms: Vec<(u32, f64)> = near.iter().map(|&w| (w, beta)).chain([(v, 1.0 - n * beta)]).collect();
+            vertices.push(if self.rims[v as usize].is_some() { self.vertices[v as usize] } else { self.mean(&terms) });
+        }
+        let mut middle = BTreeMap::new();
+        for (&[a, b], wings) in &wings {
+            middle.insert([a, b], vertices.len() as u32);
+            let rim = self.rims[a as usize].filter(|_| wings.len() == 1);
+            vertices.push(match rim {
+                None => self.mean(&[(a, 0.375), (b, 0.375), (wings[0], 0.125), (wings[1], 0.125)]),
+                Some(Rim { arm }) => {
+                    let (c, cut) = (star.axes[arm as usize], star.cuts[arm as usize]);
+                    let sum = self.vertices[a as usize][1] + self.vertices[b as usize][1];
+                    let out = (sum - sum.dot(c) * c).normalize();
+                    [cut * c + out, out]
+                }
+            });
+            rims.push(rim);
+        }
+        let quarter = |&[a, b, c]: &[u32; 3]| {
+            let [d, e, f] = [[a, b], [b, c], [c, a]].map(|[a, b]| middle[&[a.min(b), a.max(b)]]);
+            [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+        };
+        Plain { vertices, rims, triangles: self.triangles.iter().flat_map(quarter).collect() }
     }
 }
 
-/// β of equation 8 from the place of the fan's centre: (1 - n β) of where it was.
-fn beta(n: usize) -> f64 {
-    let star = Star::uniform(vec![DVec3::Z], vec![1.0]);
-    let start = DVec3::new(0.25, 0.125, 0.0);
-    let end = refine(fan(n, start), &star, 1).points[0];
-    assert!(end.z.abs() < 1e-15 && end.cross(start).length() < 1e-15);
-    (1.0 - end.dot(start) / start.length_squared()) / n as f64
-}
-
+/// Grids give what the rules give, also where three and more cells meet.
 #[test]
-fn vertex_weights_are_loop_s() {
-    for (n, want) in [(3, 3.0 / 16.0), (4, 31.0 / 256.0), (6, 1.0 / 16.0), (9, 0.0337850)] {
-        assert!((beta(n) - want).abs() < 1e-7, "valence {n}: {}", beta(n));
+fn grids_follow_the_rules() {
+    let cube: Vec<DVec3> = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|b| if k >> b & 1 == 1 { 1.0 } else { -1.0 })).normalize()).collect();
+    for axes in [octahedron(), cube, random(3, 5, 40.0)] {
+        let (star, control) = control(axes);
+        let plain = Plain::new(&control).finer(&star).finer(&star);
+        let mesh = refine(&control, &star, 2);
+        let found = points(&mesh);
+        assert_eq!(mesh.facets().count(), plain.triangles.len());
+        for [p, _] in &plain.vertices {
+            assert!(found.iter().any(|q| q.distance(*p) < 1e-12), "no vertex at {p}");
+        }
+        for q in &found {
+            assert!(plain.vertices.iter().any(|[p, _]| q.distance(*p) < 1e-12), "a vertex at {q}");
+        }
     }
-    // the neighbours' share tends to 5/8 - (5/8)²
-    assert!((2000.0 * beta(2000) - 15.0 / 64.0).abs() < 1e-5);
 }
 
+/// Neighbouring facets have their vertices in common, to the bit.
 #[test]
-fn edge_points_are_loop_s() {
-    let n = 6;
-    let star = Star::uniform(vec![DVec3::Z], vec![1.0]);
-    let mesh = refine(fan(n, DVec3::new(0.25, 0.125, 0.0)), &star, 1);
-    let old = fan(n, DVec3::new(0.25, 0.125, 0.0)).points;
-    for k in 0..n {
-        let ring = |k: usize| old[1 + k % n];
-        let want = 0.375 * (old[0] + ring(k)) + 0.125 * (ring(k + 1) + ring(k + n - 1));
-        assert!(mesh.points[n + 1..].iter().any(|p| p.distance(want) < 1e-15), "no edge point at {want}");
+fn facets_meet() {
+    let (star, control) = control(octahedron());
+    for levels in 0..=3 {
+        let mesh = refine(&control, &star, levels);
+        assert_eq!(mesh.facets().count(), control.triangles.0.len() * 4usize.pow(levels));
+        let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+        let edges: BTreeSet<_> = mesh
+            .facets()
+            .flat_map(|f| {
+                let [a, b, c] = mesh.corners(f).map(bits);
+                [[a, b], [b, c], [c, a]]
+            })
+            .collect();
+        assert_eq!(edges.len(), 3 * mesh.facets().count(), "level {levels}");
+        let alone = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a])).count();
+        assert_eq!(alone, mesh.sleeves.iter().map(|s| s.columns).sum::<usize>(), "level {levels}");
+    }
+}
+
+/// Rays meet the facets they are cast at, near the last or far from it.
+#[test]
+fn rays_find_their_facets() {
+    for axes in [octahedron(), random(3, 5, 40.0), random(4, 12, 30.0)] {
+        let (star, control) = control(axes);
+        let mesh = refine(&control, &star, 3);
+        assert_eq!(mesh.facing().1, 0);
+        let mut caster = Caster::new(&mesh);
+        for apart in [1, 7, 1001] {
+            for facet in mesh.facets().step_by(apart) {
+                let [a, b, c] = mesh.corners(facet);
+                let (middle, size) = ((a + b + c) / 3.0, a.distance(b).max(b.distance(c)));
+                let hit = caster.hit(middle).unwrap();
+                assert!((hit.distance - middle.length()).abs() <= 0.2 * size * (1.0 + 1e-9), "{facet:?}");
+                assert!(hit.normal.dot((b - a).cross(c - a).normalize()) > 0.7, "{facet:?}");
+            }
+        }
     }
 }
 
@@ -79,8 +173,7 @@ fn a_cylinder_stays_a_cylinder() {
             }
             control.normals[v] = Some(DVec3::new(p.x, p.y, 0.0).normalize());
         }
-        let mesh = refine(control, &star, 3);
-        for p in &mesh.points {
+        for p in points(&refine(&control, &star, 3)) {
             assert!((p.x.hypot(p.y) - 1.0).abs() < 1e-12, "{p}");
         }
     }
@@ -90,67 +183,42 @@ fn a_cylinder_stays_a_cylinder() {
 #[test]
 fn a_straight_node_is_its_cylinder() {
     for ((star, control), most) in [(unfaired(vec![DVec3::Z, -DVec3::Z]), 1e-12), (control(vec![DVec3::Z, -DVec3::Z]), 2e-5)] {
-        for p in &refine(control, &star, 3).points {
+        for p in points(&refine(&control, &star, 3)) {
             assert!((p.x.hypot(p.y) - 1.0).abs() < most, "{p}");
         }
     }
 }
 
+/// Points and normals of a sphere about the node, one level; rims ask for the struts' normals.
 #[test]
 fn a_sphere_stays_a_sphere() {
-    let mut triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
-    let mut points = octahedron();
-    // twice by hand: the lift takes only neighbours within 60°
-    for _ in 0..2 {
-        let mut middle = |a: u32, b: u32| {
-            let p = (points[a as usize] + points[b as usize]).normalize();
-            points.iter().position(|q| q.distance(p) < 1e-9).unwrap_or_else(|| {
-                points.push(p);
-                points.len() - 1
-            }) as u32
-        };
-        triangles = triangles
-            .iter()
-            .flat_map(|&[a, b, c]| {
-                let [d, e, f] = [middle(a, b), middle(b, c), middle(c, a)];
-                [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
-            })
-            .collect();
+    let (star, mut control) = unfaired(octahedron());
+    let radius = star.cuts[0].hypot(1.0);
+    for v in 0..control.points.len() {
+        let u = control.points[v].normalize();
+        control.points[v] = radius * u;
+        control.normals[v] = Some(u);
     }
-    let n = points.len();
-    let normals = points.iter().copied().map(Some).collect();
-    let control = Control { points, free: vec![true; n], normals, triangles: Triangles(triangles), rims: vec![None; n] };
-    let mesh = refine(control, &Star::uniform(vec![], vec![]), 3);
-    assert_eq!(mesh.triangles.0.len(), 8 * 16 * 64);
-    assert!(mesh.points.iter().all(|p| (p.length() - 1.0).abs() < 1e-13));
-    assert!(mesh.twins.iter().all(|&t| t != NONE));
-}
-
-/// Start vertices of the half-edges on rims, by arm.
-fn rim_vertices(mesh: &Mesh, star: &Star) -> Vec<Vec<usize>> {
-    let mut out = vec![Vec::new(); star.degree()];
-    for h in (0..mesh.twins.len()).filter(|&h| mesh.twins[h] == NONE) {
-        let v = mesh.triangles.0[h / 3][h % 3] as usize;
-        let at = |arm: usize| (mesh.points[v] - star.cuts[arm] * star.axes[arm]).length();
-        let arm = (0..star.degree()).min_by(|&a, &b| (at(a) - 1.0).abs().total_cmp(&(at(b) - 1.0).abs())).unwrap();
-        out[arm].push(v);
+    for sleeve in &refine(&control, &star, 1).sleeves {
+        for row in 1..=sleeve.layers {
+            for column in 0..sleeve.columns {
+                assert!((sleeve.point(row, column).length() - radius).abs() < 1e-13, "row {row}, column {column}");
+            }
+        }
     }
-    out
 }
 
 #[test]
 fn rims_stay_exact_circles() {
     for (name, axes) in catalogue() {
         let (star, control) = control(axes);
-        let coarse = control.rims.iter().flatten().count();
-        let mesh = refine(control, &star, 3);
-        let rims = rim_vertices(&mesh, &star);
-        assert_eq!(rims.iter().flatten().count(), 8 * coarse, "{name}");
-        for (arm, vertices) in rims.iter().enumerate() {
-            for &v in vertices {
-                let out = mesh.points[v] - star.cuts[arm] * star.axes[arm];
+        let mesh = refine(&control, &star, 3);
+        assert_eq!(mesh.sleeves.iter().map(|s| s.columns).sum::<usize>(), 8 * control.rims.iter().flatten().count(), "{name}");
+        for (arm, sleeve) in mesh.sleeves.iter().enumerate() {
+            for column in 0..sleeve.columns {
+                let out = sleeve.point(0, column) - star.cuts[arm] * star.axes[arm];
                 assert!(out.dot(star.axes[arm]).abs() < 1e-12 && (out.length() - 1.0).abs() < 1e-12, "{name}: {out}");
-                assert!(mesh.normals[v].distance(out) < 1e-12, "{name}: normal on a rim");
+                assert!(sleeve.normal(0, column).distance(out) < 1e-12, "{name}: normal on a rim");
             }
         }
     }
@@ -162,11 +230,12 @@ fn circle_sampling_halves_every_arc() {
     let azimuths = |mesh: &Mesh| -> Vec<f64> {
         let c = star.axes[0];
         let (e, f) = c.any_orthonormal_pair();
-        let mut out: Vec<f64> = rim_vertices(mesh, &star)[0].iter().map(|&v| mesh.points[v].dot(f).atan2(mesh.points[v].dot(e))).collect();
+        let rim = (0..mesh.sleeves[0].columns).map(|column| mesh.sleeves[0].point(0, column));
+        let mut out: Vec<f64> = rim.map(|p| p.dot(f).atan2(p.dot(e))).collect();
         out.sort_by(f64::total_cmp);
         out
     };
-    let (coarse, fine) = (azimuths(&refine(control.clone(), &star, 0)), azimuths(&refine(control, &star, 1)));
+    let (coarse, fine) = (azimuths(&refine(&control, &star, 0)), azimuths(&refine(&control, &star, 1)));
     assert_eq!(fine.len(), 2 * coarse.len());
     for (k, &a) in coarse.iter().enumerate() {
         let b = if k + 1 < coarse.len() { coarse[k + 1] } else { coarse[0] + TAU };
@@ -177,23 +246,12 @@ fn circle_sampling_halves_every_arc() {
     }
 }
 
-#[test]
-fn each_level_has_four_times_the_facets_and_twins_match() {
-    let (star, control) = control(octahedron());
-    let facets = control.triangles.0.len();
-    for levels in 0..=3 {
-        let mesh = refine(control.clone(), &star, levels);
-        assert_eq!(mesh.triangles.0.len(), facets * 4usize.pow(levels));
-        assert_eq!(mesh.twins, mesh.triangles.twins(), "level {levels}");
-    }
-}
-
 /// All regular and lattice nodes stay star-shaped; of the random nodes most (measured: 48 of 64).
 #[test]
 fn refined_films_are_star_shaped() {
     let folded = |axes: Vec<DVec3>| {
         let (star, control) = control(axes);
-        refine(control, &star, 3).facing().1
+        refine(&control, &star, 3).facing().1
     };
     for (name, axes) in catalogue() {
         if !name.starts_with("pair") {

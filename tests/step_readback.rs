@@ -9,7 +9,7 @@ use lattice_brep::step::*;
 fn written(caps: Caps, options: &StepOptions) -> (Model, Measure, Vec<u8>) {
     let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
     let (graph, skins) = skins::row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, 0.5, &turns);
-    let model = assemble(&graph, &skins::borrowed(&skins), &AssembleOptions { caps }).unwrap();
+    let model = assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap();
     let measure = measure(&model.solids[0]).unwrap();
     let mut out = vec![];
     write(&model, &Facts { measure, gap_mm: 0.0 }, options, &mut out).unwrap();
@@ -49,7 +49,7 @@ fn the_reader_finds_what_was_written() {
 #[test]
 fn cones_are_counted_apart_from_cylinders() {
     let (graph, skins) = skins::tapered_row(DVec3::ZERO, DVec3::X, 4.0, &[0.5, 0.5, 0.7, 0.6], &[(4, 0.0), (3, 0.5)]);
-    let model = assemble(&graph, &skins::borrowed(&skins), &AssembleOptions { caps: Caps::Sphere }).unwrap();
+    let model = assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps: Caps::Sphere }).unwrap();
     let measure = measure(&model.solids[0]).unwrap();
     let mut out = vec![];
     write(&model, &Facts { measure, gap_mm: 0.0 }, &StepOptions::default(), &mut out).unwrap();

@@ -10,14 +10,14 @@ use lattice_brep::step::*;
 fn model(caps: Caps) -> Model {
     let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
     let (graph, skins) = skins::row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, 0.5, &turns);
-    let model = assemble(&graph, &skins::borrowed(&skins), &AssembleOptions { caps }).unwrap();
+    let model = assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap();
     check_topology(&model).unwrap();
     model
 }
 
 fn single(caps: Caps) -> Model {
     let (graph, skins) = skins::row(DVec3::ZERO, DVec3::new(1.0, 2.0, 2.0), 6.0, 0.5, &[]);
-    assemble(&graph, &skins::borrowed(&skins), &AssembleOptions { caps }).unwrap()
+    assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap()
 }
 
 /// Radii of a row: cones that grow and shrink, and a cylinder.
@@ -26,12 +26,12 @@ const RADII: [f64; 7] = [0.3, 0.5, 0.5, 1.4, 0.9, 0.8, 0.801];
 fn tapered(caps: Caps) -> Model {
     let turns = [(4, 0.1), (4, 0.1), (5, 0.3), (5, 0.301), (3, 0.0)];
     let (graph, skins) = skins::tapered_row(DVec3::new(5.0, -3.0, 1.0), DVec3::new(1.0, 0.3, -0.2), 4.0, &RADII, &turns);
-    assemble(&graph, &skins::borrowed(&skins), &AssembleOptions { caps }).unwrap()
+    assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap()
 }
 
 fn single_tapered(caps: Caps, radii: [f64; 2]) -> Model {
     let (graph, skins) = skins::tapered_row(DVec3::ZERO, DVec3::new(1.0, 2.0, 2.0), 6.0, &radii, &[]);
-    assemble(&graph, &skins::borrowed(&skins), &AssembleOptions { caps }).unwrap()
+    assemble(&graph, &skins::shelved(&skins), &AssembleOptions { caps }).unwrap()
 }
 
 fn text(model: &Model, options: &StepOptions) -> String {
@@ -157,7 +157,7 @@ fn what_cannot_be_written_is_refused() {
     let facts = Facts { measure: Measure::default(), gap_mm: 0.0 };
     let refused = |model: &Model, facts: &Facts, options: &StepOptions| write(model, facts, options, std::io::sink()).unwrap_err();
     let mut bad = good.clone();
-    bad.solids[0].points[0].x = f64::NAN;
+    bad.solids[0].extra[0].x = f64::NAN;
     assert!(matches!(refused(&bad, &facts, &StepOptions::default()), StepError::NotFinite { solid: 0 }));
     let options = StepOptions { product: "\n".into(), ..StepOptions::default() };
     assert!(matches!(refused(&good, &facts, &options), StepError::NoProductName));

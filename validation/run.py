@@ -22,6 +22,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import assembly
 import cases
 import checks
 import checks.valid  # loads OCC once, before the workers are forked, and makes their common lock
@@ -193,6 +194,10 @@ def main() -> int:
                 (OUT / result["name"].replace(" ", "-").replace(",", "")).with_suffix(".step").unlink(missing_ok=True)
     if wanted("determinism"):
         results.append(determinism())
+        keep(results[-1], args.quick)
+        tell(results[-1], True)
+    if wanted(f"assembly of {assembly.CELL} {assembly.REPEAT}"):
+        results.append(assembly.judge(OUT))
         keep(results[-1], args.quick)
         tell(results[-1], True)
     for path in whole:

@@ -15,9 +15,11 @@
 //!
 //! Lengths in mm, in steps 2 to 4 about the node and divided by its reach.
 
-use super::model::{Circle, Model, Solid, SplineSurface, Surface};
+use super::model::{Circle, Model, Part, Solid, SplineSurface, Surface};
+use super::units::{Instance, whole_strut};
+use crate::graph::Graph;
 use crate::ids::{NodeId, StrutId};
-use crate::math::nurbs::{Jet1, Table};
+use crate::math::nurbs::{Jet1, NurbsSurface, Table};
 use glam::{DVec2, DVec3, DVec4};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
@@ -71,8 +73,35 @@ impl fmt::Display for Crossing {
 
 /// All crossings, by node and what its skin meets: struts first; two skins once, at the smaller node.
 pub fn crossings(model: &Model) -> Vec<Crossing> {
-    let mut skins: Vec<Skin> = model.solids.par_iter().flat_map_iter(Skin::all).collect();
-    let mut struts: Vec<Strut> = model.solids.iter().flat_map(Strut::all).collect();
+    between(model.solids.iter().flat_map(Skin::all).collect(), model.solids.iter().flat_map(Strut::all).collect())
+}
+
+/// The same for units at their places; struts are those of the graph, from node to node.
+pub fn unit_crossings(graph: &Graph, model: &Model, instances: &[Instance]) -> Vec<Crossing> {
+    let of_unit: Vec<Option<Skin>> = model.solids.iter().map(|solid| Skin::of(solid, 0)).collect();
+    let place = |instance: &Instance| {
+        let skin = of_unit[instance.unit as usize].as_ref()?;
+        let at = instance.at;
+        Some(Skin { node: instance.node, offset: at, center: at, bounds: skin.bounds.map(|p| p + at), ..*skin })
+    };
+    let mut of_node = vec![u32::MAX; graph.nodes().len()];
+    for (k, instance) in instances.iter().enumerate() {
+        of_node[instance.node.index()] = k as u32;
+    }
+    let place_of = |node: NodeId| {
+        let instance = &instances[of_node[node.index()] as usize];
+        (&model.solids[instance.unit as usize], instance.at)
+    };
+    let strut = |k: usize| {
+        let strut = StrutId(k as u32);
+        let (solid, rims, round) = whole_strut(graph, strut, &place_of);
+        let ends = graph.struts()[k];
+        Strut { strut, solid, ends: [ends.a, ends.b], rims, round }
+    };
+    between(instances.iter().filter_map(place).collect(), (0..graph.struts().len()).into_par_iter().map(strut).collect())
+}
+
+fn between(mut skins: Vec<Skin>, mut struts: Vec<Strut>) -> Vec<Crossing> {
     skins.sort_unstable_by_key(|s| s.node);
     struts.sort_unstable_by_key(|s| s.strut);
     let boxes: Vec<Aabb> = struts.iter().map(Strut::bounds).collect();
@@ -98,12 +127,15 @@ pub fn crossings(model: &Model) -> Vec<Crossing> {
     (0..skins.len()).into_par_iter().flat_map_iter(of_skin).collect()
 }
 
-/// The patches of one node.
+/// Where the patches of one node are.
 struct Skin<'a> {
     node: NodeId,
     solid: &'a Solid,
+    /// Position in the solid's nodes.
+    n: usize,
+    /// What is added to the solid's points, mm.
+    offset: DVec3,
     center: DVec3,
-    patches: Vec<&'a SplineSurface>,
     /// The box of the control points, mm.
     bounds: [DVec3; 2],
     /// Largest distance of a control point from the node, mm.
@@ -112,17 +144,16 @@ struct Skin<'a> {
 
 impl<'a> Skin<'a> {
     /// The skins of all nodes that have patches.
-    fn all(solid: &'a Solid) -> impl Iterator<Item = Skin<'a>> {
-        let skin = move |(n, faces)| {
-            let spline = |face: &'a _| spline(face);
-            let patches: Vec<&SplineSurface> = solid.faces()[std::ops::Range::<usize>::clone(&faces)].iter().filter_map(spline).collect();
-            let center = solid.centers[n];
-            let points = || patches.iter().flat_map(|p| &p.points).map(|&i| solid.points[i as usize]);
-            let bounds = points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
-            let reach = points().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
-            (!patches.is_empty()).then_some(Skin { node: solid.nodes[n], solid, center, patches, bounds, reach })
-        };
-        solid.node_faces().into_iter().enumerate().filter_map(skin)
+    fn all(solid: &'a Solid) -> Vec<Skin<'a>> {
+        (0..solid.nodes.len()).into_par_iter().filter_map(|n| Skin::of(solid, n)).collect()
+    }
+
+    fn of(solid: &'a Solid, n: usize) -> Option<Skin<'a>> {
+        let (part, center) = (solid.part(n), solid.centers[n]);
+        let points = || patches(&part).flat_map(|p| &p.points).map(|&i| part.points[i as usize]);
+        let bounds = points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+        let reach = points().map(|p| p.distance_squared(center)).fold(0.0, f64::max).sqrt();
+        points().next().map(|_| Skin { node: solid.nodes[n], solid, n, offset: DVec3::ZERO, center, bounds, reach })
     }
 
     /// Whether a strut does not end here and comes into the ball of the control points.
@@ -139,45 +170,47 @@ impl<'a> Skin<'a> {
         self.center.distance(other.center) <= (self.reach + other.reach) * (1.0 + TOUCHING)
     }
 
+    /// Its patches, about the node (mm).
+    fn patches(&self) -> Vec<NurbsSurface> {
+        let part = self.solid.part(self.n);
+        patches(&part).map(|p| part.spline_surface(p, self.center - self.offset)).collect()
+    }
+
+    /// The hulls of its patches.
     fn nets(&self, frame: &Frame) -> Vec<Net> {
-        self.patches.iter().map(|p| Net::of(self.solid, p, frame)).collect()
-    }
-
-    /// Points and tangents of a patch, about the node (mm).
-    fn samples(&self, patch: usize) -> Vec<Jet1> {
-        let spline = self.patches[patch];
-        let [u, v] = [0, 1].map(|k| Table::even(spline.degree[k], &spline.knots[k], SAMPLES));
-        self.solid.spline_surface(spline, self.center).jets1([&u, &v])
-    }
-
-    /// The point of a patch with the least value, mm: the best of the samples, walked down from there in ever smaller steps.
-    fn lowest(&self, patch: usize, value: impl Fn(DVec3) -> f64) -> DVec3 {
-        let spline = self.patches[patch];
-        let surface = self.solid.spline_surface(spline, self.center);
-        let point = |t: DVec2| {
-            let [u, v] = [0, 1].map(|k| surface.domain()[k]);
-            self.center + surface.point(u[0] + t.x * (u[1] - u[0]), v[0] + t.y * (v[1] - v[0]))
-        };
-        let value_at = |t: DVec2| value(point(t));
-        let mut step = 1.0 / (SAMPLES - 1) as f64;
-        let grid = (0..SAMPLES * SAMPLES).map(|k| step * DVec2::new((k / SAMPLES) as f64, (k % SAMPLES) as f64));
-        let least = |a: (f64, DVec2), b: (f64, DVec2)| if b.0 < a.0 { b } else { a };
-        let mut best = grid.map(|t| (value_at(t), t)).reduce(least).expect("samples");
-        while step > FINEST_STEP {
-            let around = (0..9).map(|k| (best.1 + step * DVec2::new((k / 3) as f64 - 1.0, (k % 3) as f64 - 1.0)).clamp(DVec2::ZERO, DVec2::ONE));
-            let next = around.map(|t| (value_at(t), t)).fold(best, least);
-            step *= if next.0 < best.0 { 1.0 } else { 0.5 };
-            best = next;
-        }
-        point(best.1)
+        let part = self.solid.part(self.n);
+        patches(&part).map(|p| Net::of(&part, p, self.offset, frame)).collect()
     }
 }
 
-fn spline(face: &truck_topology::compress::CompressedFace<Surface>) -> Option<&SplineSurface> {
-    match &face.surface {
-        Surface::Spline(spline) => Some(spline),
-        _ => None,
+fn patches(part: &Part) -> impl Iterator<Item = &SplineSurface> {
+    part.faces.iter().filter_map(|face| if let Surface::Spline(spline) = &face.surface { Some(spline) } else { None })
+}
+
+/// Points and tangents of a patch.
+fn samples(surface: &NurbsSurface) -> Vec<Jet1> {
+    let [u, v] = [0, 1].map(|k| Table::even(surface.degree[k], &surface.knots[k], SAMPLES));
+    surface.jets1([&u, &v])
+}
+
+/// The point of a patch, given about `center`, with the least value, mm: the best of the samples, walked down from there in ever smaller steps.
+fn lowest(surface: &NurbsSurface, center: DVec3, value: impl Fn(DVec3) -> f64) -> DVec3 {
+    let point = |t: DVec2| {
+        let [u, v] = [0, 1].map(|k| surface.domain()[k]);
+        center + surface.point(u[0] + t.x * (u[1] - u[0]), v[0] + t.y * (v[1] - v[0]))
+    };
+    let value_at = |t: DVec2| value(point(t));
+    let mut step = 1.0 / (SAMPLES - 1) as f64;
+    let grid = (0..SAMPLES * SAMPLES).map(|k| step * DVec2::new((k / SAMPLES) as f64, (k % SAMPLES) as f64));
+    let least = |a: (f64, DVec2), b: (f64, DVec2)| if b.0 < a.0 { b } else { a };
+    let mut best = grid.map(|t| (value_at(t), t)).reduce(least).expect("samples");
+    while step > FINEST_STEP {
+        let around = (0..9).map(|k| (best.1 + step * DVec2::new((k / 3) as f64 - 1.0, (k % 3) as f64 - 1.0)).clamp(DVec2::ZERO, DVec2::ONE));
+        let next = around.map(|t| (value_at(t), t)).fold(best, least);
+        step *= if next.0 < best.0 { 1.0 } else { 0.5 };
+        best = next;
     }
+    point(best.1)
 }
 
 /// A strut between its rims, with its round caps.
@@ -193,15 +226,11 @@ struct Strut<'a> {
 impl<'a> Strut<'a> {
     fn all(solid: &'a Solid) -> impl Iterator<Item = Strut<'a>> {
         let mut round = vec![false; 2 * solid.struts.len()];
-        for face in solid.faces() {
-            if let Surface::Sphere { circle, .. } = face.surface {
-                round[circle] = true;
-            }
-        }
+        solid.round_ends().for_each(|circle| round[circle] = true);
         solid.struts.iter().enumerate().map(move |(k, &strut)| Strut {
             strut,
             solid,
-            ends: solid.ends[k].map(|n| solid.nodes[n]),
+            ends: solid.ends[k].map(|n| solid.nodes[n as usize]),
             rims: [*solid.rim(k, 0), *solid.rim(k, 1)],
             round: [round[2 * k], round[2 * k + 1]],
         })
@@ -256,11 +285,13 @@ impl Deepest {
 fn meets_strut(skin: &Skin, nets: &[Net], frame: &Frame, strut: &Strut) -> Option<Crossing> {
     let parts = strut.parts(frame);
     let mut deepest = Deepest(None);
+    let mut patches = None;
     for (patch, net) in nets.iter().enumerate() {
         if let Some(at) = parts.iter().filter(|part| boxes_meet(net, *part)).find_map(|part| contact(net, part)) {
             let at = frame.back(at);
             deepest.consider(strut.clearance(at), at);
-            let lowest = skin.lowest(patch, |p| strut.clearance(p));
+            let patches = patches.get_or_insert_with(|| skin.patches());
+            let lowest = lowest(&patches[patch], skin.center, |p| strut.clearance(p));
             deepest.consider(strut.clearance(lowest), lowest);
         }
     }
@@ -269,7 +300,7 @@ fn meets_strut(skin: &Skin, nets: &[Net], frame: &Frame, strut: &Strut) -> Optio
         let point = Body::Point(frame.of(at));
         if nets.iter().map(Net::with_node).any(|cone| boxes_meet(&cone, &point) && contact(&cone, &point).is_some()) {
             let distance = |jet: Jet1| jet.p.distance(at - skin.center);
-            let depth = (0..nets.len()).flat_map(|p| skin.samples(p)).map(distance).fold(f64::INFINITY, f64::min);
+            let depth = skin.patches().iter().flat_map(samples).map(distance).fold(f64::INFINITY, f64::min);
             deepest.consider(-depth, at);
         }
     }
@@ -295,9 +326,12 @@ fn meets_skin(skin: &Skin, nets: &[Net], frame: &Frame, other: &Skin) -> Option<
         patches.dedup();
         patches
     };
-    let mine = distinct(contacts.iter().map(|c| c.0).collect());
-    let of_other: Vec<Jet1> = distinct(contacts.iter().map(|c| c.1).collect()).into_iter().flat_map(|p| other.samples(p)).collect();
-    for p in mine.into_iter().flat_map(|p| skin.samples(p)).map(|jet| skin.center + jet.p) {
+    let sampled = |skin: &Skin, of: Vec<usize>| -> Vec<Jet1> {
+        let patches = skin.patches();
+        distinct(of).into_iter().flat_map(|p| samples(&patches[p])).collect()
+    };
+    let of_other = sampled(other, contacts.iter().map(|c| c.1).collect());
+    for p in sampled(skin, contacts.iter().map(|c| c.0).collect()).into_iter().map(|jet| skin.center + jet.p) {
         let off = |jet: &Jet1| p - other.center - jet.p;
         let nearest = of_other.iter().min_by(|a, b| off(a).length_squared().total_cmp(&off(b).length_squared()));
         if let Some(jet) = nearest {
@@ -350,9 +384,9 @@ struct Net {
 }
 
 impl Net {
-    fn of(solid: &Solid, spline: &SplineSurface, frame: &Frame) -> Net {
+    fn of(part: &Part, spline: &SplineSurface, offset: DVec3, frame: &Frame) -> Net {
         let is_bezier = (0..2).all(|k| spline.knots[k].len() == 2 * (spline.degree[k] + 1));
-        let points = spline.points.iter().map(|&i| frame.of(solid.points[i as usize]));
+        let points = spline.points.iter().map(|&i| frame.of(part.points[i as usize] + offset));
         let weighted = points.zip(&spline.weights).map(|(p, &w)| (w * p).extend(w)).collect();
         Net::new(is_bezier.then_some(spline.degree), weighted)
     }

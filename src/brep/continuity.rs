@@ -2,13 +2,12 @@
 //! Both sides of an edge are evaluated at the same parameter, about their node (mm).
 
 use super::error::BrepError;
-use super::model::{Curve, Label, Model, Solid, Surface};
+use super::model::{Curve, Label, Model, Part, Solid, Surface};
 use crate::ids::NodeId;
 use crate::math::nurbs::{Jet1, Table};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// The worst of many samples, and the two faces that meet there (twice the same for a value that
@@ -108,11 +107,10 @@ impl Quality {
 pub fn quality(model: &Model, samples: usize, sharp: &[NodeId]) -> Quality {
     let samples = samples.max(2);
     let of_solid = |solid: &Solid| {
-        let ranges = solid.node_faces();
         let nodes: Vec<Quality> = (0..solid.nodes.len())
             .into_par_iter()
             .map(|n| {
-                let mut quality = node_quality(solid, n, ranges[n].clone(), samples);
+                let mut quality = node_quality(solid, &solid.part(n), samples);
                 if sharp.binary_search(&solid.nodes[n]).is_ok() {
                     quality.inner_jump_deg = Worst::NONE;
                 }
@@ -167,36 +165,35 @@ fn angle_deg(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-fn node_quality(solid: &Solid, n: usize, faces: Range<usize>, samples: usize) -> Quality {
+fn node_quality(solid: &Solid, part: &Part, samples: usize) -> Quality {
     let mut out = Quality::none();
-    let origin = solid.centers[n];
-    let shell = solid.shell();
+    let origin = part.center;
     let mut tables = Tables::default();
     let mut patches: Vec<Sampled> = vec![];
     // (edge, patch, side, walked forward) of every spline edge.
     let mut uses = vec![];
-    for f in faces {
-        let Surface::Spline(spline) = &shell.faces[f].surface else { continue };
-        let label = solid.labels[f];
+    for face in &part.faces {
+        let Surface::Spline(spline) = &face.surface else { continue };
+        let label = face.label;
         let [u, v] = [0, 1].map(|k| tables.of(spline.degree[k], &spline.knots[k], samples));
-        let jets = solid.spline_surface(spline, origin).jets1([&tables.0[u], &tables.0[v]]);
+        let jets = part.spline_surface(spline, origin).jets1([&tables.0[u], &tables.0[v]]);
         let patch = Sampled { jets, samples, label };
-        let mut walk = shell.faces[f].boundaries[0].iter();
+        let mut walk = face.boundary.iter();
         for (side, &count) in spline.sides.iter().enumerate() {
             for e in walk.by_ref().take(count as usize) {
-                let edge = &shell.edges[e.index];
+                let edge = part.edge(e.edge);
                 match &edge.curve {
-                    Curve::Spline(_) => uses.push((e.index, patches.len(), side, e.orientation)),
+                    Curve::Spline(_) => uses.push((e.edge, patches.len(), side, e.forward)),
                     Curve::Arc(c) => {
-                        for v in [edge.vertices.0, edge.vertices.1] {
-                            out.gap_mm.raise(solid.circles[*c].distance(solid.points[v]), [label; 2]);
+                        for v in edge.vertices {
+                            out.gap_mm.raise(solid.circles[*c].distance(solid.vertex(part, v)), [label; 2]);
                         }
                     }
                     Curve::Line => {}
                 }
             }
         }
-        if let Curve::Arc(c) = shell.edges[shell.faces[f].boundaries[0][0].index].curve {
+        if let Curve::Arc(c) = part.edge(face.boundary[0].edge).curve {
             let circle = &solid.circles[c];
             let strut = label.strut().map_or(label, Label::Strut);
             for k in 0..samples {
@@ -211,7 +208,7 @@ fn node_quality(solid: &Solid, n: usize, faces: Range<usize>, samples: usize) ->
     }
     uses.sort_unstable();
     for pair in uses.chunk_by(|a, b| a.0 == b.0) {
-        edge_quality(&mut out, solid, origin, &patches, pair, &mut tables);
+        edge_quality(&mut out, solid, part, &patches, pair, &mut tables);
     }
     out
 }
@@ -227,15 +224,16 @@ fn facing(out: &mut Quality, patch: &Sampled) {
 }
 
 /// One spline edge against the patches that use it.
-fn edge_quality(out: &mut Quality, solid: &Solid, origin: DVec3, patches: &[Sampled], uses: &[(usize, usize, usize, bool)], tables: &mut Tables) {
-    let edge = &solid.shell().edges[uses[0].0];
+fn edge_quality(out: &mut Quality, solid: &Solid, part: &Part, patches: &[Sampled], uses: &[(u32, usize, usize, bool)], tables: &mut Tables) {
+    let origin = part.center;
+    let edge = part.edge(uses[0].0);
     let Curve::Spline(spline) = &edge.curve else { return };
     let samples = patches[uses[0].1].samples;
     let table = tables.of(spline.degree, &spline.knots, samples);
-    let points: Vec<DVec3> = solid.spline_curve(spline, origin).points_at(&tables.0[table]).collect();
+    let points: Vec<DVec3> = part.spline_curve(spline, origin).points_at(&tables.0[table]).collect();
     let labels = [patches[uses[0].1].label, patches[uses[uses.len() - 1].1].label];
-    for (p, v) in [(points[0], edge.vertices.0), (points[samples - 1], edge.vertices.1)] {
-        out.gap_mm.raise(p.distance(solid.points[v] - origin), labels);
+    for (p, v) in [(points[0], edge.vertices[0]), (points[samples - 1], edge.vertices[1])] {
+        out.gap_mm.raise(p.distance(solid.vertex(part, v) - origin), labels);
     }
     for (k, on_curve) in points.into_iter().enumerate() {
         let mut first = None;

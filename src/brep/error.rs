@@ -22,8 +22,10 @@ pub enum BrepError {
     EdgeUse { solid: usize, edge: usize, forward: usize, backward: usize },
     #[error("solid {solid}, {face}: its boundary loop is open or empty")]
     OpenLoop { solid: usize, face: String },
-    #[error("solid {solid}: truck refuses the shell: {reason}")]
-    Truck { solid: usize, reason: String },
+    #[error("solid {solid}: its faces are {islands} shells; one is needed")]
+    Islands { solid: usize, islands: usize },
+    #[error("solid {solid}: {rings} rings of faces around {vertices} vertices; one a vertex is needed")]
+    Pinched { solid: usize, rings: usize, vertices: usize },
     #[error("solid {solid}: V - E + F = {found}, but the graph asks for {wanted}")]
     Euler { solid: usize, found: i64, wanted: i64 },
     #[error("node {0}: its skin encloses {volume} mm³; it must be positive (inside out?)", .node.0)]

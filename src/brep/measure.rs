@@ -7,23 +7,23 @@
 
 use super::error::BrepError;
 use super::model::{Circle, Solid, Surface};
+use crate::graph::End;
 use crate::math::gauss;
 use crate::math::nurbs::{NurbsSurface, Sample, Table, breaks};
+use crate::math::{Loops, vectorised};
 use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Gauss points per knot span beyond the degree, for one span per direction and at least; see
-/// `order`. Measured on exact quarter circles and 120° arcs (tests): one span with the first, or
-/// several with fewer, hold 1e-12 of volume and area.
-const MOST_EXTRA: usize = 10;
-const LEAST_EXTRA: usize = 4;
+/// Gauss points per knot span and direction, tried in turn until two agree: 15 serve most patches, those whose parameters run very
+/// unevenly need all.
+const POINTS: [usize; 7] = [10, 15, 22, 32, 46, 66, 96];
 
-/// Gauss points per span: a patch of few spans has long ones, whose weights vary most.
-fn order(degree: usize, spans: usize, finer: usize) -> usize {
-    degree + LEAST_EXTRA + (MOST_EXTRA - LEAST_EXTRA) / spans + finer
-}
+/// Parts by which volume and area may differ from those by fewer points. The error falls geometrically with the points (tests), so the
+/// finer of two rules is nearer by more. Measured on 56 patches of a random node that are accepted at 15: volumes within 1e-10, areas within 1e-6.
+const AGREE_VOLUME: f64 = 1e-7;
+const AGREE_AREA: f64 = 1e-5;
 
 /// What a body holds. mm, mm², mm³.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +45,14 @@ pub struct Flux {
     pub moment: DVec3,
 }
 
+impl Flux {
+    /// Whether another rule gives nearly the same.
+    fn agrees(&self, other: &Flux) -> bool {
+        let off = self.volume.distance(other.volume);
+        (self.area - other.area).abs() <= AGREE_AREA * self.area && off <= AGREE_VOLUME * self.volume.length()
+    }
+}
+
 impl std::ops::AddAssign for Flux {
     fn add_assign(&mut self, other: Flux) {
         self.area += other.area;
@@ -55,9 +63,7 @@ impl std::ops::AddAssign for Flux {
 
 /// Measure a solid. An inside-out node is an error: nothing below it would mean anything.
 pub fn measure(solid: &Solid) -> Result<Measure, BrepError> {
-    let rims = rims_by_node(solid);
-    let ranges = solid.node_faces();
-    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n, ranges[n].clone(), &rims[n])).collect();
+    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n)).collect();
     for (&node, body) in solid.nodes.iter().zip(&nodes) {
         if body.volume < 0.0 || body.volume.is_nan() {
             return Err(BrepError::InsideOut { node, volume: body.volume });
@@ -98,27 +104,17 @@ pub fn total(bodies: impl Iterator<Item = Measure>) -> Measure {
     sum
 }
 
-/// The rims at each node with their outward sign (against the circle's axis at end b), in the
-/// order of `Solid::nodes`.
-fn rims_by_node(solid: &Solid) -> Vec<Vec<(Circle, f64)>> {
-    let mut out = vec![vec![]; solid.nodes.len()];
-    for (k, ends) in solid.ends.iter().enumerate() {
-        out[ends[0]].push((*solid.rim(k, 0), 1.0));
-        out[ends[1]].push((*solid.rim(k, 1), -1.0));
-    }
-    out
-}
-
 /// The body between a node's skin (or cap) and the discs of its rims.
-fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Circle, f64)]) -> Measure {
-    let origin = solid.centers[n];
+fn node_body(solid: &Solid, n: usize) -> Measure {
+    let part = solid.part(n);
+    let origin = part.center;
     let mut sum = Flux::default();
     let mut area = 0.0;
-    let mut rule = None;
-    for face in &solid.faces()[faces] {
+    let mut rules = Rules::default();
+    for face in &part.faces {
         match &face.surface {
             Surface::Spline(s) => {
-                let flux = flux(&solid.spline_surface(s, origin), 0, &mut rule);
+                let flux = rules.flux(&part.spline_surface(s, origin));
                 area += flux.area;
                 sum += flux;
             }
@@ -136,8 +132,9 @@ fn node_body(solid: &Solid, n: usize, faces: std::ops::Range<usize>, rims: &[(Ci
             Surface::Strut(_) => {}
         }
     }
-    for (circle, sign) in rims {
-        sum += disc_flux(circle, *sign, origin);
+    for &(k, end) in solid.arms_of(n) {
+        // outward: against the circle's axis at end b
+        sum += disc_flux(solid.rim(k as usize, end as usize), if end == End::A { 1.0 } else { -1.0 }, origin);
     }
     // The three components agree but for round-off (and the quadrature's error).
     let volume = sum.volume.element_sum() / 3.0;
@@ -153,52 +150,88 @@ pub fn disc_flux(circle: &Circle, sign: f64, origin: DVec3) -> Flux {
     Flux { area, volume: area * c * n, moment: 0.5 * area * square * n }
 }
 
-/// One patch, about its own origin, by Gauss's rule on every knot span; `finer` more points than
-/// usual, to see what the usual number leaves.
-pub fn patch_flux(s: &NurbsSurface, finer: usize) -> Flux {
-    flux(s, finer, &mut None)
+/// One patch, about its own origin, by Gauss's rule on every knot span.
+pub fn patch_flux(s: &NurbsSurface) -> Flux {
+    Rules::default().flux(s)
 }
 
-/// The same; `rules` are those of the patch before, taken over where they fit.
-fn flux(s: &NurbsSurface, finer: usize, rules: &mut Option<[Rule; 2]>) -> Flux {
+/// Rules of the last patch's knot vectors, which its neighbours mostly share; by place in `POINTS`.
+#[derive(Default)]
+struct Rules([Option<[Rule; 2]>; POINTS.len()]);
+
+impl Rules {
+    /// By more and more points until two rules agree.
+    fn flux(&mut self, s: &NurbsSurface) -> Flux {
+        let mut last = flux(s, self.get(s, 0));
+        for k in 1..POINTS.len() {
+            let next = flux(s, self.get(s, k));
+            if next.agrees(&last) {
+                return next;
+            }
+            last = next;
+        }
+        last
+    }
+
+    fn get(&mut self, s: &NurbsSurface, k: usize) -> &[Rule; 2] {
+        let kept = self.0[k].take().filter(|rules| [0, 1].iter().all(|&d| rules[d].table.fits(s.degree[d], &s.knots[d])));
+        self.0[k].insert(kept.unwrap_or_else(|| [0, 1].map(|d| Rule::new(s.degree[d], &s.knots[d], POINTS[k]))))
+    }
+}
+
+/// One patch by one rule.
+fn flux(s: &NurbsSurface, [us, vs]: &[Rule; 2]) -> Flux {
     let [nu, nv] = s.size();
     let [p, q] = s.degree;
-    if !rules.as_ref().is_some_and(|r| [0, 1].iter().all(|&k| r[k].table.fits(s.degree[k], &s.knots[k]))) {
-        *rules = None;
-    }
-    let [us, vs] = rules.get_or_insert_with(|| [0, 1].map(|k| Rule::new(s.degree[k], &s.knots[k], finer)));
     let points: Vec<DVec4> = s.points.iter().zip(&s.weights).map(|(&p, &w)| (p * w).extend(w)).collect();
-    let mut out = Flux::default();
-    // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
-    let mut column = vec![[DVec4::ZERO; 2]; nv];
     debug_assert_eq!(points.len(), nu * nv);
-    for (u, wu) in us.points() {
-        for (j, c) in column.iter_mut().enumerate() {
-            *c = [DVec4::ZERO; 2];
+    vectorised(Integral { points, nv, degree: [p, q], rules: [us, vs] })
+}
+
+/// The integrals over a patch; `points`: (weight · point, weight), `nv` for each u.
+struct Integral<'a> {
+    points: Vec<DVec4>,
+    nv: usize,
+    degree: [usize; 2],
+    rules: [&'a Rule; 2],
+}
+
+impl Loops for Integral<'_> {
+    type Output = Flux;
+
+    #[inline(always)]
+    fn run(self) -> Flux {
+        let Integral { points, nv, degree: [p, q], rules: [us, vs] } = self;
+        let mut out = Flux::default();
+        // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
+        let mut column = vec![[DVec4::ZERO; 2]; nv];
+        for (u, wu) in us.points() {
+            column.fill([DVec4::ZERO; 2]);
             for r in 0..=p {
-                let h = points[(u.first + r) * nv + j];
-                c[0] += u.value[r] * h;
-                c[1] += u.slope[r] * h;
+                let (value, slope) = (u.value[r], u.slope[r]);
+                for (c, &h) in column.iter_mut().zip(&points[(u.first + r) * nv..]) {
+                    c[0] += value * h;
+                    c[1] += slope * h;
+                }
+            }
+            for (v, wv) in vs.points() {
+                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+                for (c, (&value, &slope)) in column[v.first..=v.first + q].iter().zip(v.value.iter().zip(&v.slope)) {
+                    a += value * c[0];
+                    av += slope * c[0];
+                    au += value * c[1];
+                }
+                let y = a.truncate() / a.w;
+                let du = (au.truncate() - au.w * y) / a.w;
+                let dv = (av.truncate() - av.w * y) / a.w;
+                let n = du.cross(dv) * (wu * wv);
+                out.area += n.length();
+                out.volume += y * n;
+                out.moment += 0.5 * y * y * n;
             }
         }
-        for (v, wv) in vs.points() {
-            let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
-            for r in 0..=q {
-                let c = &column[v.first + r];
-                a += v.value[r] * c[0];
-                av += v.slope[r] * c[0];
-                au += v.value[r] * c[1];
-            }
-            let y = a.truncate() / a.w;
-            let du = (au.truncate() - au.w * y) / a.w;
-            let dv = (av.truncate() - av.w * y) / a.w;
-            let n = du.cross(dv) * (wu * wv);
-            out.area += n.length();
-            out.volume += y * n;
-            out.moment += 0.5 * y * y * n;
-        }
+        out
     }
-    out
 }
 
 /// Gauss's rule on the knot spans of one parameter: the basis functions at its points, and their weights (shares of the
@@ -209,9 +242,9 @@ struct Rule {
 }
 
 impl Rule {
-    fn new(degree: usize, knots: &Arc<[f64]>, finer: usize) -> Rule {
+    fn new(degree: usize, knots: &Arc<[f64]>, points: usize) -> Rule {
         let breaks = breaks(degree, knots);
-        let rule = gauss::rule(order(degree, breaks.len() - 1, finer));
+        let rule = gauss::rule(points);
         let both = breaks.windows(2).flat_map(|part| rule.iter().map(move |&(x, w)| (part[0] + x * (part[1] - part[0]), w * (part[1] - part[0]))));
         let (parameters, weights): (Vec<f64>, Vec<f64>) = both.unzip();
         Rule { table: Table::new(degree, knots, parameters.into_iter()), weights }
@@ -250,7 +283,7 @@ mod tests {
     #[test]
     fn sphere_octant() {
         let half = 0.5f64.sqrt();
-        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 1.0, half), (0.0, 1.0, 1.0)], 2), 0);
+        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 1.0, half), (0.0, 1.0, 1.0)], 2));
         assert_close(flux.area, PI / 2.0, 1e-12);
         for k in 0..3 {
             assert_close(flux.volume[k], PI / 6.0, 1e-12);
@@ -260,7 +293,7 @@ mod tests {
 
     #[test]
     fn cylinder_quarter() {
-        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 3.0, 1.0)], 1), 0);
+        let flux = patch_flux(&quarter_turn(&[(1.0, 0.0, 1.0), (1.0, 3.0, 1.0)], 1));
         assert_close(flux.area, 1.5 * PI, 1e-12);
         assert_close(flux.volume.x, 0.75 * PI, 1e-12);
         assert_close(flux.moment.x, 1.0, 1e-12);
@@ -272,7 +305,7 @@ mod tests {
         let half = 0.5f64.sqrt();
         let surface = quarter_turn(&[(4.0, 0.0, 1.0), (4.0, 1.0, half), (3.0, 1.0, 1.0)], 2);
         // Pappus: length of the tube's quarter times the way of its centroid.
-        assert_close(patch_flux(&surface, 0).area, PI / 2.0 * (3.0 * PI / 2.0 + 1.0), 1e-12);
+        assert_close(patch_flux(&surface).area, PI / 2.0 * (3.0 * PI / 2.0 + 1.0), 1e-12);
     }
 
     /// Each point more gains at least a digit on an arc of 90° (its nearest pole decides).

@@ -1,15 +1,16 @@
-//! The nouns of this layer: `Model`, `Solid`, and the few kinds of curve and surface that a
-//! lattice needs. The topology is truck's `CompressedSolid`: plain indexed arrays.
+//! The nouns of this layer: `Model`, `Solid`, and the few kinds of curve and surface that a lattice needs.
+//!
+//! A `Solid` holds tables: where the vertices, edges, faces and points of each node begin, the struts' circles, and the skins, each
+//! distinct one once. What a node is made of, its `Part`, is put together whenever it is asked for and dropped again.
 
 use super::rim_map::RimMap;
+use crate::graph::End;
 use crate::ids::{NodeId, StrutId};
 use crate::math::nurbs::{NurbsCurve, NurbsSurface};
+use crate::patch::Shelved;
 use glam::DVec3;
 use std::fmt;
-use std::ops::Range;
 use std::sync::Arc;
-use truck_geometry::prelude::Point3;
-use truck_topology::compress::{CompressedFace, CompressedShell, CompressedSolid};
 
 /// All solids of a lattice, in the order of their smallest node.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +18,12 @@ pub struct Model {
     pub solids: Vec<Solid>,
 }
 
-/// One closed solid: the skin over one connected component of the graph.
+/// One closed solid: the skin over one connected component of the graph. Its numbers:
+///
+/// - vertices: those of the skins, node by node, then those of the seams (`extra`), strut by strut, then the poles of round caps;
+/// - edges: those of the skins, node by node, then each strut's closed rims and seam, then the meridians of round caps;
+/// - faces: the struts', then those of the skins and the caps, node by node;
+/// - points: the vertices, then the inner control points of the edges, node by node, then those of the patches, node by node.
 #[derive(Clone, Debug)]
 pub struct Solid {
     /// Nodes of the component that carry struts, ascending.
@@ -27,10 +33,7 @@ pub struct Solid {
     /// Struts of the component, ascending.
     pub struts: Vec<StrutId>,
     /// Positions in `nodes` of the two ends of each of `struts`.
-    pub ends: Vec<[usize; 2]>,
-    /// All points in mm. Vertex `v` of the shell is `points[v]`; control points follow. Whoever
-    /// shares a point shares its index, so shared points are equal bit for bit.
-    pub points: Vec<DVec3>,
+    pub ends: Vec<[u32; 2]>,
     /// Unit vectors from the axis of each of `struts` to its seam.
     pub seams: Vec<DVec3>,
     /// Growth of the radius of each of `struts` per length from a to b: 0 for a cylinder, else the tangent of the cone's
@@ -39,11 +42,98 @@ pub struct Solid {
     /// Rims first: the circles of `struts[k]` are `2 k` (end a) and `2 k + 1` (end b).
     /// Behind them the meridians of spherical caps.
     pub circles: Vec<Circle>,
-    /// One shell. Every face's `orientation` is `true`; its one loop runs counter-clockwise seen
-    /// from outside.
-    pub brep: CompressedSolid<Point3, Curve, Surface>,
-    /// Where each face of the shell comes from, same order.
-    pub labels: Vec<Label>,
+    /// Vertices that no skin has, mm.
+    pub extra: Vec<DVec3>,
+    /// Where the parts of each of `nodes` begin, and where those of the last one end.
+    pub(super) first: Vec<First>,
+    /// The unit of length of each of `nodes`, mm, and its skin.
+    pub(super) skins: Vec<(f64, Shelved)>,
+    /// How each of `struts` meets its rims.
+    pub(super) strut_ends: Vec<[StrutEnd; 2]>,
+    /// The first edge of each of `struts`, and of the meridians of round caps; then the number of edges.
+    pub(super) strut_edges: Vec<u32>,
+    /// The struts (positions in `struts`) and ends at each of `nodes`, one after the other.
+    pub(super) arms: Vec<(u32, End)>,
+    /// Where those of each node begin, and the end.
+    pub(super) first_arm: Vec<u32>,
+    /// Nodes (positions in `nodes`) with a round cap.
+    pub(super) poles: Vec<u32>,
+    /// What was found out about each of `nodes` when the solid was put together.
+    pub(super) found: Vec<Found>,
+}
+
+/// The first vertex, edge, ... of a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct First {
+    pub vertex: u32,
+    pub edge: u32,
+    pub face: u32,
+    pub edge_point: u32,
+    pub face_point: u32,
+}
+
+/// How a strut meets a rim.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StrutEnd {
+    /// The vertex where the seam ends, and its place (mm).
+    pub vertex: u32,
+    pub point: DVec3,
+    /// The arc (position in `Rim::arcs`) that the seam splits.
+    pub split: Option<u32>,
+    /// The rim has no arcs: one closed edge goes around it.
+    pub closed: bool,
+}
+
+/// Of one node.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Found {
+    /// The rim of each arm, counter-clockwise about the outward axis, from the seam's vertex on; empty if it is one closed edge.
+    pub loops: Box<[Box<[EdgeUse]>]>,
+    /// How each rim arc runs on its patch, in the order of faces and their loops.
+    pub rims: Box<[RimMap]>,
+    /// Whether all its numbers are.
+    pub is_finite: bool,
+}
+
+/// What one node is made of: its skin in mm, or its cap. Vertices, edges and faces bear the numbers of the solid.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Position of the node, mm.
+    pub center: DVec3,
+    /// mm. The vertices first, then the inner control points of the edges, then those of the patches.
+    pub points: Vec<DVec3>,
+    /// The edges of the skin, in order of their numbers.
+    pub edges: Vec<Edge>,
+    /// The faces, in order of their numbers.
+    pub faces: Vec<Face>,
+    pub(super) first: First,
+    /// How many of `points` are vertices, and how many control points of edges.
+    pub(super) vertex_count: usize,
+    pub(super) edge_point_count: usize,
+}
+
+/// An edge from its first vertex to its second.
+#[derive(Clone, Debug)]
+pub struct Edge {
+    pub vertices: [u32; 2],
+    pub curve: Curve,
+}
+
+/// A face. Its one loop runs counter-clockwise seen from outside.
+#[derive(Clone, Debug)]
+pub struct Face {
+    pub boundary: Vec<EdgeUse>,
+    pub surface: Surface,
+    pub label: Label,
+}
+
+/// An edge on a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EdgeUse {
+    /// The edge's number.
+    pub edge: u32,
+    /// From its first vertex to its second.
+    pub forward: bool,
 }
 
 /// A circle with its frame. `x` and `axis` are unit vectors at right angles.
@@ -74,7 +164,7 @@ pub enum Curve {
 pub struct SplineCurve {
     pub degree: usize,
     pub knots: Arc<[f64]>,
-    /// Indices into `Solid::points`; the first and the last are the edge's vertices.
+    /// Indices into `Part::points`; the first and the last are the edge's vertices.
     pub points: Vec<u32>,
     pub weights: Vec<f64>,
 }
@@ -102,14 +192,14 @@ pub enum Surface {
 pub struct SplineSurface {
     pub degree: [usize; 2],
     pub knots: [Arc<[f64]>; 2],
-    /// Indices into `Solid::points`, `points[iu * nv + iv]`.
+    /// Indices into `Part::points`, `points[iu * nv + iv]`.
     pub points: Vec<u32>,
     pub weights: Vec<f64>,
     /// How many edges of the loop lie on each side, in the loop's order: v = 0 (the rim), u = 1,
     /// v = 1, u = 0.
     pub sides: [u8; 4],
-    /// How the first side's edges, in the loop's order, run on the surface.
-    pub rim: Vec<RimMap>,
+    /// The first of the node's `rim_maps` for this patch: those of the arcs on its first side, in the loop's order.
+    pub first_map: u32,
 }
 
 /// Where a face comes from. Its text is the face's name in the STEP file.
@@ -151,51 +241,13 @@ impl Label {
     }
 }
 
-/// truck's point from ours.
-pub(super) fn to_truck(p: DVec3) -> Point3 {
-    Point3::from(p.to_array())
-}
-
 impl Solid {
-    /// The only shell.
-    pub fn shell(&self) -> &CompressedShell<Point3, Curve, Surface> {
-        &self.brep.boundaries[0]
-    }
-
-    /// The faces of the only shell.
-    pub fn faces(&self) -> &[CompressedFace<Surface>] {
-        &self.shell().faces
-    }
-
-    /// The faces of each node's skin and cap, as ranges over `labels` and `faces()`, in the order of
-    /// `nodes`. The faces before the first range are the struts', in the order of `struts`.
-    pub fn node_faces(&self) -> Vec<Range<usize>> {
-        let mut first = self.struts.len();
-        let of = |n: NodeId| move |label: &&Label| label.node() == Some(n);
-        let ranges = self.nodes.iter().map(|&node| {
-            let count = self.labels[first..].iter().take_while(of(node)).count();
-            first += count;
-            first - count..first
-        });
-        ranges.collect()
-    }
-
     /// No coordinate, radius, knot or weight is infinite or NaN.
     pub fn is_finite(&self) -> bool {
-        let all = |values: &[f64]| values.iter().all(|x| x.is_finite());
-        let curve = |c: &Curve| match c {
-            Curve::Spline(s) => all(&s.knots) && all(&s.weights),
-            _ => true,
-        };
-        let surface = |s: &Surface| match s {
-            Surface::Spline(s) => s.knots.iter().all(|k| all(k)) && all(&s.weights),
-            _ => true,
-        };
-        self.points.iter().all(|p| p.is_finite())
+        self.extra.iter().all(|p| p.is_finite())
             && self.circles.iter().all(Circle::is_finite)
             && self.slopes.iter().all(|s| s.is_finite())
-            && self.shell().edges.iter().all(|e| curve(&e.curve))
-            && self.faces().iter().all(|f| surface(&f.surface))
+            && self.found.iter().all(|found| found.is_finite)
     }
 
     /// The rim circle of `struts[k]` at end a (0) or b (1).
@@ -208,6 +260,21 @@ impl Solid {
         let axis = self.rim(k, 0).axis;
         let out = place.reject_from_normalized(axis);
         (out - self.slopes[k] * out.length() * axis).normalize()
+    }
+}
+
+impl Part {
+    pub(super) fn is_finite(&self) -> bool {
+        let all = |values: &[f64]| values.iter().all(|x| x.is_finite());
+        let curve = |c: &Curve| match c {
+            Curve::Spline(s) => all(&s.knots) && all(&s.weights),
+            _ => true,
+        };
+        let surface = |s: &Surface| match s {
+            Surface::Spline(s) => s.knots.iter().all(|k| all(k)) && all(&s.weights),
+            _ => true,
+        };
+        self.points.iter().all(|p| p.is_finite()) && self.edges.iter().all(|e| curve(&e.curve)) && self.faces.iter().all(|f| surface(&f.surface))
     }
 
     /// The spline with its control points, relative to `origin` (mm).

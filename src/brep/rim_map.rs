@@ -7,14 +7,12 @@
 //! tolerance. So it is computed here and written with the file: one polynomial in Bernstein form,
 //! through Chebyshev-Lobatto points, of the lowest degree that is good enough.
 
-use super::model::{Circle, Curve, Solid, SplineSurface, Surface};
+use super::model::{Circle, Face, Part, Solid, SplineSurface, Surface};
 use crate::math::bernstein::{Interpolation, MOST_DEGREE, basis};
 use crate::math::nurbs::NurbsCurve;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
-use truck_topology::compress::{CompressedEdge, CompressedFace};
 
 /// Largest distance between the mapped point and the circle's point, in radii. Well below the
 /// 1e-7 mm of readers for any radius up to 30 mm; round-off stays below 1e-13.
@@ -27,52 +25,59 @@ const DEGREES: [(usize, f64); 6] = [(3, 0.0), (5, 0.158), (7, 0.549), (9, 1.094)
 /// Pieces are halved this often before the map is taken as it is (borders with weak knots).
 const MOST_HALVINGS: usize = 6;
 
-/// A clamped plane B-spline: azimuth on the circle (radians) ▶ u, at constant v.
+/// A clamped plane B-spline: azimuth on the circle (radians) ▶ u, on the patch's first row (v at its least).
 #[derive(Clone, Debug, PartialEq)]
 pub struct RimMap {
-    pub degree: usize,
-    /// Full knot vector, azimuths in the sense of the circle.
-    pub knots: Vec<f64>,
+    pub degree: u8,
+    /// Polynomials, of equal lengths of arc.
+    pieces: u8,
+    /// Azimuths of the ends, in the sense of the circle.
+    arc: [f64; 2],
     /// Control values of u.
-    pub us: Vec<f64>,
-    pub v: f64,
+    pub us: Box<[f64]>,
 }
 
-/// Fit where each rim arc of a solid runs on its patch: fills `SplineSurface::rim`.
-pub fn map_rims(solid: &mut Solid) {
-    let maps = |face: &CompressedFace<Surface>| -> Vec<RimMap> {
-        let Surface::Spline(s) = &face.surface else { return vec![] };
-        let edges = &solid.shell().edges;
-        let arcs = face.boundaries[0].iter().take(s.sides[0] as usize).map(|e| &edges[e.index]);
-        let map = |edge: &CompressedEdge<Curve>| {
-            let Curve::Arc(circle) = edge.curve else { return None };
-            let circle = &solid.circles[circle];
-            let border = border_row(solid, s, circle.center);
-            let (front, back) = edge.vertices;
-            let arc = azimuths(circle, [front, back].map(|v| solid.points[v]));
-            let [low, high] = border.domain();
-            let jet = border.jet1(0.5 * (low + high));
-            let along = circle.axis.cross(jet.p).dot(jet.d) > 0.0;
-            let v = s.knots[1][0];
-            Some(fit(&border, circle, arc, if along { [low, high] } else { [high, low] }, v))
-        };
-        arcs.filter_map(map).collect()
-    };
-    let all: Vec<_> = solid.faces().par_iter().map(maps).collect();
-    for (face, maps) in solid.brep.boundaries[0].faces.iter_mut().zip(all) {
-        if let Surface::Spline(s) = &mut face.surface {
-            s.rim = maps;
-        }
+impl RimMap {
+    /// Full knot vector: azimuths in the sense of the circle.
+    pub fn knots(&self) -> Vec<f64> {
+        let degree = self.degree as usize;
+        let mut knots = vec![self.arc[0]; degree + 1];
+        (1..self.pieces as usize).for_each(|k| knots.extend(vec![joint(self.arc, k, self.pieces as usize); degree]));
+        knots.extend(vec![self.arc[1]; degree + 1]);
+        knots
     }
 }
 
+/// Where the k-th of so many equal pieces of an arc begins.
+fn joint(arc: [f64; 2], k: usize, pieces: usize) -> f64 {
+    arc[0] + (arc[1] - arc[0]) * k as f64 / pieces as f64
+}
+
+/// Fit where each rim arc of a node's patches runs on its patch, in the order of faces and `Part::arcs`.
+pub(super) fn map_rims(solid: &Solid, part: &Part) -> Box<[RimMap]> {
+    let of_face = |face: &Face| {
+        let Surface::Spline(s) = &face.surface else { return vec![] };
+        let map = |(circle, edge): (usize, u32)| {
+            let circle = &solid.circles[circle];
+            let border = border_row(part, s, circle.center);
+            let arc = azimuths(circle, part.edge(edge).vertices.map(|v| solid.vertex(part, v)));
+            let [low, high] = border.domain();
+            let jet = border.jet1(0.5 * (low + high));
+            let along = circle.axis.cross(jet.p).dot(jet.d) > 0.0;
+            fit(&border, circle, arc, if along { [low, high] } else { [high, low] })
+        };
+        part.arcs(face).map(map).collect()
+    };
+    part.faces.iter().flat_map(of_face).collect()
+}
+
 /// The row v = 0 of a patch, about `origin` (mm).
-fn border_row(solid: &Solid, s: &SplineSurface, origin: DVec3) -> NurbsCurve {
+fn border_row(part: &Part, s: &SplineSurface, origin: DVec3) -> NurbsCurve {
     let columns = s.knots[1].len() - s.degree[1] - 1;
     NurbsCurve {
         degree: s.degree[0],
         knots: s.knots[0].clone(),
-        points: s.points.iter().step_by(columns).map(|&i| solid.points[i as usize] - origin).collect(),
+        points: s.points.iter().step_by(columns).map(|&i| part.points[i as usize] - origin).collect(),
         weights: s.weights.iter().step_by(columns).copied().collect(),
     }
 }
@@ -83,10 +88,10 @@ pub fn azimuths(circle: &Circle, ends: [DVec3; 2]) -> [f64; 2] {
     [a, if b > a { b } else { b + TAU }]
 }
 
-/// Fit the map of one arc. `border` is the patch's row v = `v`, about the circle's centre (mm);
+/// Fit the map of one arc. `border` is the patch's first row, about the circle's centre (mm);
 /// `arc` are the azimuths of the arc's ends, `us` the parameters of the border between which the
 /// arc lies, in the arc's sense.
-pub fn fit(border: &NurbsCurve, circle: &Circle, arc: [f64; 2], us: [f64; 2], v: f64) -> RimMap {
+pub fn fit(border: &NurbsCurve, circle: &Circle, arc: [f64; 2], us: [f64; 2]) -> RimMap {
     let map = Inverse { border, circle };
     // An end at the border's end is exactly there.
     let end = |k: usize| {
@@ -99,8 +104,7 @@ pub fn fit(border: &NurbsCurve, circle: &Circle, arc: [f64; 2], us: [f64; 2], v:
     for &(degree, _) in &DEGREES[start..] {
         let values = map.interpolate(degree, arc, us);
         if map.miss(&values, arc) <= TOLERANCE {
-            let knots = [vec![arc[0]; degree + 1], vec![arc[1]; degree + 1]].concat();
-            return RimMap { degree, knots, us: values, v };
+            return RimMap { degree: degree as u8, pieces: 1, arc, us: values.into() };
         }
     }
     // No single polynomial will do: equal pieces of a middle degree, joined with equal values.
@@ -108,7 +112,7 @@ pub fn fit(border: &NurbsCurve, circle: &Circle, arc: [f64; 2], us: [f64; 2], v:
     let mut halvings = 1;
     loop {
         let pieces = 1 << halvings;
-        let at = |k: usize| arc[0] + (arc[1] - arc[0]) * k as f64 / pieces as f64;
+        let at = |k: usize| joint(arc, k, pieces);
         let ends: Vec<f64> = (0..=pieces)
             .map(|k| {
                 if k == 0 {
@@ -123,12 +127,9 @@ pub fn fit(border: &NurbsCurve, circle: &Circle, arc: [f64; 2], us: [f64; 2], v:
         let parts: Vec<Vec<f64>> = (0..pieces).map(|k| map.interpolate(degree, [at(k), at(k + 1)], [ends[k], ends[k + 1]])).collect();
         let good = (0..pieces).all(|k| map.miss(&parts[k], [at(k), at(k + 1)]) <= TOLERANCE);
         if good || halvings == MOST_HALVINGS {
-            let mut knots = vec![arc[0]; degree + 1];
-            (1..pieces).for_each(|k| knots.extend(vec![at(k); degree]));
-            knots.extend(vec![arc[1]; degree + 1]);
             let mut values = vec![us[0]];
             parts.iter().for_each(|part| values.extend(&part[1..]));
-            return RimMap { degree, knots, us: values, v };
+            return RimMap { degree: degree as u8, pieces: pieces as u8, arc, us: values.into() };
         }
         halvings += 1;
     }
@@ -239,10 +240,10 @@ mod tests {
 
     /// Largest distance of the mapped border from the circle, sampled.
     fn worst(border: &NurbsCurve, map: &RimMap) -> f64 {
-        let d = map.degree;
+        let (d, knots) = (map.degree as usize, map.knots());
         let pieces = (map.us.len() - 1) / d;
         let sample = |k: usize, j: usize| {
-            let (from, to) = (map.knots[d + k * d], map.knots[d + (k + 1) * d]);
+            let (from, to) = (knots[d + k * d], knots[d + (k + 1) * d]);
             let x = j as f64 / 40.0;
             let u: f64 = basis(d, x)[0].iter().zip(&map.us[k * d..]).map(|(b, u)| b * u).sum();
             border.point(u).distance(CIRCLE.radial(from + x * (to - from)))
@@ -255,24 +256,24 @@ mod tests {
         for (degrees, most) in [(30.0f64, 5), (60.0, 7), (90.0, 9), (120.0, 11), (150.0, 13)] {
             let angle = degrees.to_radians();
             let border = arc(0.3, angle);
-            let map = fit(&border, &CIRCLE, [0.3, 0.3 + angle], [0.0, 1.0], 0.0);
-            assert!(map.degree == most && map.knots.len() == 2 * map.degree + 2, "{degrees}: {}", map.degree);
+            let map = fit(&border, &CIRCLE, [0.3, 0.3 + angle], [0.0, 1.0]);
+            assert!(map.degree == most && map.knots().len() == 2 * most as usize + 2, "{degrees}: {}", map.degree);
             assert!(worst(&border, &map) < 1e-8);
-            assert_eq!((map.us[0], map.us[map.degree]), (0.0, 1.0));
+            assert_eq!((map.us[0], map.us[map.degree as usize]), (0.0, 1.0));
         }
     }
 
     #[test]
     fn borders_may_run_against_the_circle_and_over_its_start() {
         let border = arc(1.0, -1.5);
-        let map = fit(&border, &CIRCLE, [TAU - 0.5, TAU + 1.0], [1.0, 0.0], 0.0);
+        let map = fit(&border, &CIRCLE, [TAU - 0.5, TAU + 1.0], [1.0, 0.0]);
         assert!(worst(&border, &map) < 1e-8);
     }
 
     #[test]
     fn half_a_border_is_mapped_where_a_seam_splits_it() {
         let border = arc(0.2, 1.6);
-        let map = fit(&border, &CIRCLE, [0.9, 1.8], [0.0, 1.0], 0.0);
+        let map = fit(&border, &CIRCLE, [0.9, 1.8], [0.0, 1.0]);
         assert!(worst(&border, &map) < 1e-8);
         assert!(map.us[0] > 0.3 && map.us[0] < 0.6);
     }
@@ -280,8 +281,8 @@ mod tests {
     #[test]
     fn almost_half_a_turn_takes_pieces() {
         let border = arc(0.1, 3.0);
-        let map = fit(&border, &CIRCLE, [0.1, 3.1], [0.0, 1.0], 0.0);
-        assert!(map.knots.len() > 2 * map.degree + 2);
+        let map = fit(&border, &CIRCLE, [0.1, 3.1], [0.0, 1.0]);
+        assert!(map.knots().len() > 2 * map.degree as usize + 2);
         assert!(worst(&border, &map) < 1e-8);
     }
 

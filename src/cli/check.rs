@@ -2,15 +2,14 @@
 
 use super::output;
 use lattice_brep::error::{Error, Fault};
-use lattice_brep::step::{ReadBackError, read_back};
+use lattice_brep::step::{ReadBackError, compressed, read_back};
 use std::fs::File;
-use std::io::BufReader;
 use std::path::PathBuf;
 
 /// Read a STEP file back with an independent reader and print what it holds
 #[derive(Debug, clap::Args)]
 pub struct CheckArgs {
-    /// STEP file to read
+    /// STEP file to read, compressed (.stpZ) or not
     file: PathBuf,
     /// Print JSON instead of text
     #[arg(long)]
@@ -21,7 +20,7 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> Result<(), Error> {
     let file = File::open(&args.file).map_err(Error::io(&args.file))?;
     let fault = |found: String, wanted: &str| Fault::new(args.file.display().to_string(), found, wanted);
-    let found = read_back(BufReader::with_capacity(1 << 16, file)).map_err(|error| match error {
+    let found = compressed::unpack(file, |text| read_back(text)).map_err(Error::io(&args.file))?.map_err(|error| match error {
         ReadBackError::Io(source) => Error::io(&args.file)(source),
         other => Error::BadInput(vec![fault(other.to_string(), "a STEP file")]),
     })?;

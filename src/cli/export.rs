@@ -11,13 +11,15 @@ use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::Lattice;
 use lattice_brep::graph::check::{self, Overlaps};
 use lattice_brep::graph::import::Imported;
+use lattice_brep::graph::proximity::NearMiss;
 use lattice_brep::graph::repair::merge::MERGE_ANGLE;
 use lattice_brep::graph::repair::{Repair, Repaired};
 use lattice_brep::node::Fairing;
 use lattice_brep::options::{OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress};
 use lattice_brep::report::Report;
-use lattice_brep::step::{Schema, StepOptions, TimeStamp};
+use lattice_brep::step::{Schema, StepOptions, TimeStamp, compressed};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -37,7 +39,7 @@ Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
 pub struct ExportArgs {
     /// Lattice: JSON (see `lattice-brep schema`), 3MF, TetGen, Gmsh, VTK, VTU, LTCX, CSV pairs, OBJ lines or Abaqus beams, found by content
     input: PathBuf,
-    /// STEP file to write [default: the input's name with .step]
+    /// STEP file to write, compressed if its name ends with .stpZ [default: the input's name with .step]
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Write a report (JSON): counts, volume, continuity, how each node was built, times
@@ -58,6 +60,10 @@ pub struct ExportArgs {
     /// How struts end at nodes of degree 1: a disc, or half a ball (which meets a tapered strut in an edge)
     #[arg(long, value_enum, default_value_t = CapsArg::Flat)]
     caps: CapsArg,
+    /// Write an assembly: each different node with its half struts once, placed wherever it stands. A small file of many solids that
+    /// touch in the middle of the struts, not one solid
+    #[arg(long)]
+    assembly: bool,
     /// STEP schema
     #[arg(long, value_enum, default_value_t = SchemaArg::Ap242)]
     schema: SchemaArg,
@@ -69,9 +75,10 @@ pub struct ExportArgs {
     #[arg(long, value_enum, default_value_t = OverlapsArg::Refuse)]
     overlaps: OverlapsArg,
     /// Struts too short for their cuts, after all that smaller and unequal cuts can do: refuse them with the numbers, shrink
-    /// radii near the conflict until cuts fit, or merge nodes and struts that are too near (the report says which)
+    /// radii near the conflict until cuts fit, merge nodes and struts that are too near, or merge first and shrink what that
+    /// leaves, as foams with very short struts need (the report says which)
     #[arg(long, value_enum, default_value_t = OnConflictArg::Refuse)]
-    on_conflict: OnConflictArg,
+    pub on_conflict: OnConflictArg,
     /// Angle for --on-conflict merge, degrees: 0 to below 60
     #[arg(long, value_name = "DEGREES", default_value_t = MERGE_ANGLE, value_parser = repair::angle)]
     merge_angle: f64,
@@ -116,10 +123,39 @@ enum OverlapsArg {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum OnConflictArg {
+pub enum OnConflictArg {
     Refuse,
     Shrink,
     Merge,
+    #[value(name = "merge,shrink")]
+    MergeShrink,
+}
+
+impl OnConflictArg {
+    fn merges(self) -> bool {
+        matches!(self, OnConflictArg::Merge | OnConflictArg::MergeShrink)
+    }
+
+    fn shrinks(self) -> bool {
+        matches!(self, OnConflictArg::Shrink | OnConflictArg::MergeShrink)
+    }
+
+    /// Which other policy may serve where this one was refused so.
+    pub fn advice(self, error: &Error) -> Option<&'static str> {
+        const MERGE_SHRINK: &str = "`--on-conflict merge,shrink` joins nodes that are too near before it makes radii smaller";
+        const SHRINK: &str = "`--on-conflict shrink` makes radii smaller where nothing fits; `merge,shrink` joins nodes that are too near first";
+        let of_policy = match error {
+            Error::CannotBuild { .. } => true,
+            Error::BadInput(faults) => faults.iter().all(NearMiss::is_fault),
+            Error::Io { .. } | Error::Internal(_) => false,
+        };
+        match self {
+            _ if !of_policy => None,
+            OnConflictArg::Refuse => Some(SHRINK),
+            OnConflictArg::Shrink | OnConflictArg::Merge => Some(MERGE_SHRINK),
+            OnConflictArg::MergeShrink => None,
+        }
+    }
 }
 
 fn parse_box(text: &str) -> Result<[DVec3; 2], String> {
@@ -141,10 +177,10 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|e| Error::Internal(e.to_string()))?;
     }
     let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
-    let overlaps = match (args.overlaps, args.on_conflict) {
-        (OverlapsArg::Refuse, OnConflictArg::Shrink) => Overlaps::Leave,
-        (OverlapsArg::Refuse, _) => Overlaps::Refuse,
-        (OverlapsArg::Keep, _) => Overlaps::Keep,
+    let overlaps = match args.overlaps {
+        OverlapsArg::Refuse if args.on_conflict.shrinks() => Overlaps::Leave,
+        OverlapsArg::Refuse => Overlaps::Refuse,
+        OverlapsArg::Keep => Overlaps::Keep,
     };
     let imported = args.import.read(&args.input)?;
     // overlaps outside the box do not matter: they are judged after the crop
@@ -158,9 +194,11 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
         options.step.product = name.clone();
     }
     let progress = Bar::new(args.quiet);
+    options.scratch = Some(output::folder(&output));
     let mut solved = pipeline::solve(&lattice, &options, &progress)?;
     solved.report.repairs = repairs;
-    output::write(Some(&output), |out| pipeline::write(&mut solved, &options, out, &progress))?;
+    let mut write = |out: &mut (dyn Write + Send)| pipeline::write(&mut solved, &options, out, &progress);
+    output::write(Some(&output), |out| if compressed::is_named(&output) { compressed::pack(&options.step.file_name, out, write) } else { write(out) })?;
     progress.finish();
     if let Some(path) = &args.report {
         output::write(Some(path), |out| {
@@ -178,8 +216,8 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
 fn admit(args: &ExportArgs, mut imported: Imported, options: &Options, overlaps: Overlaps) -> Result<(Lattice, Vec<Repair>), Error> {
     let input = std::mem::take(&mut imported.input);
     let mut repaired = args.repair.apply(input, &imported.faults, args.quiet);
-    if matches!(args.on_conflict, OnConflictArg::Merge) && imported.faults.is_empty() {
-        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.quiet)?;
+    if args.on_conflict.merges() && imported.faults.is_empty() {
+        repair::merged(&mut repaired, args.merge_angle, options.lambda, args.on_conflict.shrinks(), args.quiet)?;
     }
     let Repaired { input, repairs } = repaired;
     if repairs.is_empty() {
@@ -199,18 +237,22 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     if !(args.tolerance > 0.0) {
         faults.push(Fault::new("--tolerance", args.tolerance.to_string(), "a number above 0, in strut radii"));
     }
+    if args.assembly && matches!(args.schema, SchemaArg::Ap203) {
+        faults.push(Fault::new("--assembly", "--schema ap203", "ap242 or ap214: in ap203 each part would need its own approvals"));
+    }
     if args.threads == Some(0) {
         faults.push(Fault::new("--threads", "0", "at least 1"));
     }
     Error::unless_empty(faults)?;
     let name = args.input.file_stem().map_or("lattice".into(), |s| s.to_string_lossy().into_owned());
-    let file = args.output.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
+    // in an archive: the file that is in it
+    let file = args.output.as_ref().map(|p| if compressed::is_named(p) { p.with_extension("stp") } else { p.clone() });
+    let file = file.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
     Ok(Options {
         lambda: args.lambda,
         on_conflict: match args.on_conflict {
-            // what merging leaves is refused
-            OnConflictArg::Refuse | OnConflictArg::Merge => OnConflict::Refuse,
-            OnConflictArg::Shrink => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
+            policy if policy.shrinks() => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
+            _ => OnConflict::Refuse, // after `merge` what it leaves
         },
         overlaps: match args.overlaps {
             OverlapsArg::Refuse => Overlaps::Refuse,
@@ -238,6 +280,8 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             decimals: Some(12),
             ..StepOptions::default()
         },
+        assembly: args.assembly,
+        ..Options::default()
     })
 }
 

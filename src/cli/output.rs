@@ -31,7 +31,7 @@ pub fn clean_up_on_interrupt() -> Result<(), Error> {
 
 /// Write a file under a temporary name beside its target, then rename it; or, without a path, to standard output.
 /// What is there and no file (a device, a pipe) is written to, not replaced.
-pub fn write(path: Option<&Path>, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+pub fn write(path: Option<&Path>, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> Result<(), Error> {
     match path {
         Some(path) if path.metadata().is_ok_and(|m| !m.is_file()) => write_into(path, fill).map_err(Error::io(path)),
         Some(path) => write_file(path, fill).map_err(Error::io(path)),
@@ -39,14 +39,24 @@ pub fn write(path: Option<&Path>, fill: impl FnOnce(&mut dyn Write) -> io::Resul
     }
 }
 
-fn write_into(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+/// The folder of a path.
+fn beside(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Where temporary files of a run that writes to this path may go: beside it, or where such files usually go if it is no file.
+pub fn folder(path: &Path) -> PathBuf {
+    if path.metadata().is_ok_and(|m| !m.is_file()) { std::env::temp_dir() } else { beside(path).to_path_buf() }
+}
+
+fn write_into(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<()> {
     let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
     fill(&mut out)?;
     out.flush()
 }
 
-fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+fn write_file(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<()> {
+    let folder = beside(path);
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -70,8 +80,8 @@ fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
 }
 
 /// A reader that has seen enough (`| head`) is no failure.
-fn write_stdout(fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut out = BufWriter::new(io::stdout().lock());
+fn write_stdout(fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<()> {
+    let mut out = BufWriter::new(io::stdout());
     match fill(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other,

@@ -43,10 +43,10 @@ impl RepairFlags {
     }
 }
 
-/// Merge what cuts do not fit (degrees, λ of the cuts); refused where that would join nodes too far apart.
-pub fn merged(repaired: &mut Repaired, angle: f64, lambda: f64, quiet: bool) -> Result<(), Error> {
+/// Merge what cuts do not fit (degrees, λ of the cuts). Where that would join nodes too far apart it is refused, or left to be shrunk.
+pub fn merged(repaired: &mut Repaired, angle: f64, lambda: f64, leave: bool, quiet: bool) -> Result<(), Error> {
     let Merged { input, repair, stuck } = repair::merge(&repaired.input, angle, &inspect::fit(lambda));
-    if !stuck.is_empty() {
+    if !(stuck.is_empty() || leave) {
         return Err(Error::CannotBuild { reasons: stuck.iter().map(|s| s.fault().to_string()).collect() });
     }
     repaired.then(|_| (input, repair));
@@ -112,7 +112,7 @@ pub fn run(args: &RepairArgs) -> Result<(), Error> {
     let mut repaired = args.repair.apply(input, &faults, args.quiet);
     Error::unless_empty(faults)?;
     if args.merge {
-        merged(&mut repaired, args.merge_angle, Options::default().lambda, args.quiet)?;
+        merged(&mut repaired, args.merge_angle, Options::default().lambda, false, args.quiet)?;
     }
     if let Some(path) = &args.undo {
         repaired.input = undone(&repaired.input, path)?;

@@ -3,9 +3,9 @@
 //! differential-geometry operators for triangulated 2-manifolds*, 2003, equation 8), with a third of the triangles around as area. Positive
 //! where the solid bulges, in 1/mm.
 
+use super::facets::Facets;
 use crate::math::nurbs::Table;
 use crate::node::deviation::Original;
-use crate::node::mesh::{Mesh, NONE};
 use crate::patch::{Skin, fairness};
 use glam::DVec3;
 
@@ -25,10 +25,10 @@ pub struct Fields {
 }
 
 impl Fields {
-    pub fn of_mesh(mesh: &Mesh, original: &Original) -> Fields {
-        let distances = mesh.points.iter().map(|&p| original.distance(p)).collect();
-        let means = mean_curvatures(mesh).into_iter().map(|(mean, _)| mean).collect();
-        Fields { points: mesh.points.clone(), distances, means, triangles: mesh.triangles.0.clone() }
+    pub fn of_facets(facets: Facets, original: &Original) -> Fields {
+        let distances = facets.points.iter().map(|&p| original.distance(p)).collect();
+        let means = mean_curvatures(&facets).into_iter().map(|(mean, _)| mean).collect();
+        Fields { points: facets.points, distances, means, triangles: facets.triangles }
     }
 
     /// Points on borders are there once for each patch.
@@ -54,13 +54,13 @@ impl Fields {
 }
 
 /// Mean curvature at each vertex, and the area it stands for. A rim vertex takes the mean of its neighbours inside: its own ring is open.
-pub fn mean_curvatures(mesh: &Mesh) -> Vec<(f64, f64)> {
-    let points = &mesh.points;
+pub fn mean_curvatures(facets: &Facets) -> Vec<(f64, f64)> {
+    let (points, twins) = (&facets.points, facets.twins());
     let mut laplacian = vec![DVec3::ZERO; points.len()];
     let mut normals = vec![DVec3::ZERO; points.len()];
     let mut areas = vec![0.0; points.len()];
     let mut open = vec![false; points.len()];
-    for (f, t) in mesh.triangles.0.iter().enumerate() {
+    for (f, t) in facets.triangles.iter().enumerate() {
         let t = t.map(|v| v as usize);
         let cross = (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
         let twice = cross.length().max(f64::MIN_POSITIVE);
@@ -72,7 +72,7 @@ pub fn mean_curvatures(mesh: &Mesh) -> Vec<(f64, f64)> {
             laplacian[j] -= step;
             areas[i] += twice / 6.0;
             normals[i] += cross;
-            if mesh.twins[3 * f + k] == NONE {
+            if twins[3 * f + k].is_none() {
                 (open[i], open[j]) = (true, true);
             }
         }
@@ -80,7 +80,7 @@ pub fn mean_curvatures(mesh: &Mesh) -> Vec<(f64, f64)> {
     // the Laplacian of the position is -2 H times the normal
     let mut means: Vec<f64> = (0..points.len()).map(|v| -0.5 * laplacian[v].dot(normals[v].normalize_or_zero()) / areas[v]).collect();
     let mut inner = vec![(0.0, 0.0); points.len()];
-    for t in mesh.triangles.0.iter().map(|t| t.map(|v| v as usize)) {
+    for t in facets.triangles.iter().map(|t| t.map(|v| v as usize)) {
         for (i, j) in t.into_iter().flat_map(|i| t.map(|j| (i, j))).filter(|&(i, j)| open[i] && !open[j]) {
             inner[i] = (inner[i].0 + means[j], inner[i].1 + 1.0);
         }
@@ -92,7 +92,7 @@ pub fn mean_curvatures(mesh: &Mesh) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::{Evaluation, Reading, refined};
+    use crate::evaluate::{Evaluation, Reading};
 
     fn octahedron() -> Vec<DVec3> {
         [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|a| [a, -a]).collect()
@@ -101,11 +101,7 @@ mod tests {
     /// Both give the tightest valley of the octahedral node.
     #[test]
     fn mesh_and_patches_agree() {
-        let evaluation = Evaluation::new(100);
-        let star = evaluation.star(&octahedron());
-        let film = evaluation.film(&star, &Reading::OURS).unwrap();
-        let original = Original::new(&star).unwrap();
-        let surfaces = [Fields::of_mesh(refined(&film), &original), Fields::of_skin(&evaluation.skin(&film).unwrap(), &original)];
+        let surfaces = Evaluation::new(100).surfaces(&octahedron(), &Reading::OURS).unwrap().map(|surface| surface.unwrap().1);
         let [mesh, patches] = surfaces.map(|fields| fields.means.iter().copied().fold(f64::INFINITY, f64::min));
         assert!((mesh / patches - 1.0).abs() < 0.15, "{mesh} {patches}");
     }
@@ -114,8 +110,8 @@ mod tests {
     #[test]
     fn a_cylinder_is_half_curved() {
         let evaluation = Evaluation::new(100);
-        let film = evaluation.film(&evaluation.star(&[DVec3::X, -DVec3::X]), &Reading::OURS).unwrap();
-        let worst = mean_curvatures(refined(&film)).into_iter().map(|(mean, _)| (mean - 0.5).abs()).fold(0.0, f64::max);
+        let (film, _) = evaluation.build(&evaluation.star(&[DVec3::X, -DVec3::X]), &Reading::OURS).unwrap();
+        let worst = mean_curvatures(&film).into_iter().map(|(mean, _)| (mean - 0.5).abs()).fold(0.0, f64::max);
         assert!(worst < 0.01, "{worst}");
     }
 }

@@ -1,16 +1,18 @@
 //! Case study 1 of the paper (section 4.1, Table 1, figures 14 and 15): how far a node's surface lies from the original node, and how
 //! fair it is. All struts have the radius 1 mm, so node units are mm.
 
+pub mod facets;
 pub mod fields;
+pub mod savio;
 
+use self::facets::Facets;
 use self::fields::Fields;
 use crate::ladder::{self, Degrees};
 use crate::math::nurbs::Table;
 use crate::node::deviation::Original;
 use crate::node::fair::{self, HOLD};
 use crate::node::film::{self, Control, FIXED_ROWS};
-use crate::node::mesh::Mesh;
-use crate::node::{Cells, Fairing, Film, Shape, Star, cut, refine, savio};
+use crate::node::{Cells, Fairing, Film, Shape, Star, cut, refine};
 use crate::options::Options;
 use crate::patch::{Skin, fairness, figures};
 use glam::DVec3;
@@ -125,7 +127,7 @@ pub struct Patches {
 pub struct Measured {
     /// Of the refined mesh; none where fairing failed.
     pub films: Vec<Option<Refined>>,
-    /// Of the patches fitted to it as on the first rung of the ladder; none where they fail their checks.
+    /// Of the patches fitted to it as on the first rung of the ladder; none where they fail their checks, and for Savio's film.
     pub patches: Vec<Option<Patches>>,
 }
 
@@ -136,15 +138,13 @@ const VOLUME_POINTS: usize = 32;
 pub struct Evaluation {
     /// Least number of points on each surface.
     pub samples: usize,
-    /// Refinement levels of our film.
-    pub levels: u32,
     options: Options,
     degrees: Degrees,
 }
 
 impl Evaluation {
     pub fn new(samples: usize) -> Evaluation {
-        Evaluation { samples, levels: Options::default().levels, options: Options::default(), degrees: Degrees::new() }
+        Evaluation { samples, options: Options::default(), degrees: Degrees::new() }
     }
 
     /// The node of struts along these unit vectors.
@@ -158,51 +158,49 @@ impl Evaluation {
         let original = Original::new(&star)?;
         let mut measured = Measured { films: vec![], patches: vec![] };
         for reading in readings {
-            let film = self.film(&star, reading).ok();
-            let skin = film.as_ref().and_then(|film| self.skin(film).ok());
-            measured.films.push(film.map(|film| self.mesh(refined(&film), &original)));
-            measured.patches.push(skin.map(|skin| self.patches(&skin, &star, &original)));
+            let (film, skin) = self.build(&star, reading).ok().unzip();
+            measured.films.push(film.map(|film| self.facets(&film, &original)));
+            measured.patches.push(skin.flatten().map(|skin| self.patches(&skin, &star, &original)));
         }
         Ok(measured)
     }
 
-    /// The film of one reading.
-    pub fn film(&self, star: &Star, reading: &Reading) -> Result<Film, String> {
-        let cells = Cells::new(star)?;
-        let mesh = match reading.film {
-            How::Savio => savio::film(star, &cells),
-            How::Soap { fairing, fixed_rows, hold } => {
-                let mut control = film::control_mesh(star, &cells);
-                let rows = rows(&control);
-                control.free = rows.iter().map(|&row| row >= fixed_rows).collect();
-                if let Some(fairing) = fairing {
-                    fair::fair(&mut control, fairing, hold)?;
-                }
-                refine::refine(control, star, self.levels)
-            }
+    /// The refined mesh of one reading, and its patches as `export` fits them; none where they fail their checks.
+    pub fn build(&self, star: &Star, reading: &Reading) -> Result<(Facets, Option<Skin>), String> {
+        let How::Soap { fairing, fixed_rows, hold } = reading.film else {
+            return Ok((savio::film(star, &Cells::new(star)?), None));
         };
-        Ok(Film { star: star.clone(), cells, shape: Shape::Mesh(mesh) })
-    }
-
-    /// The patches of a film, as `export` fits them.
-    pub fn skin(&self, film: &Film) -> Result<Skin, String> {
-        ladder::smooth(film, &self.options, &self.degrees).map(|fitted| fitted.skin)
+        let film = |cells: Cells| -> Result<(Facets, Film), String> {
+            let mut control = film::control_mesh(star, &cells);
+            let rows = rows(&control);
+            control.free = rows.iter().map(|&row| row >= fixed_rows).collect();
+            if let Some(fairing) = fairing {
+                fair::fair(&mut control, fairing, hold)?;
+            }
+            let mesh = refine::refine(&control, star, self.options.levels);
+            let facets = Facets::of_mesh(&mesh);
+            Ok((facets, Film { star: star.clone(), cells, shape: Shape::Soap(mesh) }))
+        };
+        let both = |cells| {
+            let (facets, film) = film(cells)?;
+            ladder::smooth(&film, &self.options, &self.degrees).map(|fitted| (facets, Some(fitted.skin)))
+        };
+        ladder::on_cells(star, both).or_else(|_| Ok((film(Cells::new(star)?)?.0, None)))
     }
 
     /// The refined mesh of a reading, and its patches where they can be fitted, with figures at their points.
-    pub fn surfaces(&self, axes: &[DVec3], reading: &Reading) -> Result<Vec<(&'static str, Fields)>, String> {
+    pub fn surfaces(&self, axes: &[DVec3], reading: &Reading) -> Result<[Option<(&'static str, Fields)>; 2], String> {
         let star = self.star(axes);
         let original = Original::new(&star)?;
-        let film = self.film(&star, reading)?;
-        let mesh = ("mesh", Fields::of_mesh(refined(&film), &original));
-        let patches = self.skin(&film).ok().map(|skin| ("patches", Fields::of_skin(&skin, &original)));
-        Ok([mesh].into_iter().chain(patches).collect())
+        let (film, skin) = self.build(&star, reading)?;
+        Ok([Some(("mesh", Fields::of_facets(film, &original))), skin.map(|skin| ("patches", Fields::of_skin(&skin, &original)))])
     }
 
     /// Figures of a refined mesh.
-    pub fn mesh(&self, mesh: &Mesh, original: &Original) -> Refined {
-        let mut means: Vec<(f64, f64)> = fields::mean_curvatures(mesh).into_iter().map(|(mean, area)| (mean.abs(), area)).collect();
-        Refined { deviation: of_mesh(mesh, original, self.samples), usual_mean_curvature: fairness::share(&mut means, 0.99) }
+    pub fn facets(&self, facets: &Facets, original: &Original) -> Refined {
+        let mut means: Vec<(f64, f64)> = fields::mean_curvatures(facets).into_iter().map(|(mean, area)| (mean.abs(), area)).collect();
+        let deviation = of_facets(&facets.corners().collect::<Vec<_>>(), original, self.samples);
+        Refined { deviation, usual_mean_curvature: fairness::share(&mut means, 0.99) }
     }
 
     fn patches(&self, skin: &Skin, star: &Star, original: &Original) -> Patches {
@@ -227,14 +225,6 @@ impl Evaluation {
     }
 }
 
-/// The mesh of a film made here.
-pub fn refined(film: &Film) -> &Mesh {
-    match &film.shape {
-        Shape::Mesh(mesh) => mesh,
-        Shape::LevelSet(_) => unreachable!("no reading is a level set"),
-    }
-}
-
 /// The row of each vertex: edges between it and the nearest rim.
 fn rows(control: &Control) -> Vec<usize> {
     let mut rows: Vec<usize> = control.rims.iter().map(|rim| if rim.is_some() { 0 } else { usize::MAX }).collect();
@@ -253,12 +243,11 @@ fn rows(control: &Control) -> Vec<usize> {
     rows
 }
 
-/// The deviation of a mesh's facets by the trapezoidal rule: each is cut into equal triangles, their corners are the samples.
-pub fn of_mesh(mesh: &Mesh, original: &Original, samples: usize) -> Deviation {
-    let parts = parts(samples, mesh.triangles.0.len());
+/// The deviation of facets by the trapezoidal rule: each is cut into equal triangles, their corners are the samples.
+fn of_facets(facets: &[[DVec3; 3]], original: &Original, samples: usize) -> Deviation {
+    let parts = parts(samples, facets.len());
     let mut sum = Sum::default();
-    for t in &mesh.triangles.0 {
-        let [a, b, c] = t.map(|v| mesh.points[v as usize]);
+    for &[a, b, c] in facets {
         let (e, f) = ((b - a) / parts as f64, (c - a) / parts as f64);
         let share = 0.5 * e.cross(f).length() / 3.0;
         for i in 0..=parts {
@@ -367,11 +356,8 @@ mod tests {
     /// A triangle 6 radii along a strut, 0 to 1 above it: the mean of its corners.
     #[test]
     fn a_facet_counts_by_its_area() {
-        let points = vec![DVec3::new(5.0, 1.0, 0.0), DVec3::new(11.0, 1.0, 0.0), DVec3::new(5.0, 2.0, 0.0)];
-        let triangles = crate::node::mesh::Triangles(vec![[0, 1, 2]]);
-        let facets = crate::node::mesh::Facets { twins: triangles.twins(), triangles };
-        let mesh = Mesh::new(points, vec![DVec3::Z; 3], facets, vec![], &[]);
-        let d = of_mesh(&mesh, &Original::new(&octahedron()).unwrap(), 10_000);
+        let facet = [DVec3::new(5.0, 1.0, 0.0), DVec3::new(11.0, 1.0, 0.0), DVec3::new(5.0, 2.0, 0.0)];
+        let d = of_facets(&[facet], &Original::new(&octahedron()).unwrap(), 10_000);
         assert!((d.avg - 1.0 / 3.0).abs() < 1e-12 && (d.max - 1.0).abs() < 1e-12, "{d:?}");
         // of a height h the share 2 (1 - h): the variance is 1/18
         assert!((d.std - (1.0 / 18f64).sqrt()).abs() < 1e-4, "{d:?}");

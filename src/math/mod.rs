@@ -4,6 +4,7 @@ pub mod bernstein;
 pub mod gauss;
 pub mod nurbs;
 pub mod sparse;
+pub mod wide;
 
 use glam::DVec3;
 
@@ -52,6 +53,22 @@ pub fn axpy(y: &mut [f64], f: f64, x: &[f64]) {
         *y = sum;
     }
     y_rest.iter_mut().zip(x_rest).for_each(|(y, x)| *y += f * x);
+}
+
+/// y += f x for two x in turn, which are at least as long as y.
+#[inline(always)]
+pub fn axpy2(y: &mut [f64], [f, g]: [f64; 2], [x, z]: [&[f64]; 2]) {
+    let n = y.len();
+    let (y, y_rest) = y.as_chunks_mut::<LANES>();
+    let ((x, x_rest), (z, z_rest)) = (x[..n].as_chunks::<LANES>(), z[..n].as_chunks::<LANES>());
+    for (y, (x, z)) in y.iter_mut().zip(x.iter().zip(z)) {
+        let (mut sum, x, z) = (*y, *x, *z);
+        for k in 0..LANES {
+            sum[k] = (sum[k] + f * x[k]) + g * z[k];
+        }
+        *y = sum;
+    }
+    y_rest.iter_mut().zip(x_rest.iter().zip(z_rest)).for_each(|(y, (x, z))| *y = (*y + f * x) + g * z);
 }
 
 /// The angle between two unit vectors, exact also near 0 and π. Radians.

@@ -1,6 +1,7 @@
 //! Rational B-spline curves and surfaces: storage and evaluation.
 //! Source: Piegl & Tiller, The NURBS Book, algorithms A2.1-A2.3 and equation 4.20.
 
+use crate::math::{Loops, vectorised};
 use glam::{DVec3, DVec4};
 use std::sync::Arc;
 
@@ -75,6 +76,47 @@ pub fn span(degree: usize, knots: &[f64], t: f64) -> usize {
 /// Rows above `order` stay zero.
 pub fn basis(degree: usize, knots: &[f64], s: usize, t: f64, order: usize) -> Basis {
     debug_assert!(degree <= MAX_DEGREE && order <= 2);
+    if knots.len() == 2 * (degree + 1) && knots[0] == 0.0 && knots[degree + 1] == 1.0 {
+        return bezier_basis(degree, t, order);
+    }
+    spline_basis(degree, knots, s, t, order)
+}
+
+/// The same on the one span from 0 to 1, without its divisions by 1; the same bits.
+fn bezier_basis(degree: usize, t: f64, order: usize) -> Basis {
+    let mut out = [[0.0; MAX_DEGREE + 1]; 3];
+    let mut value = [0.0; MAX_DEGREE + 1];
+    value[0] = 1.0;
+    for p in 0..=degree {
+        if p > 0 {
+            let mut saved = 0.0;
+            for v in &mut value[..p] {
+                let before = *v;
+                *v = saved + (1.0 - t) * before;
+                saved = t * before;
+            }
+            value[p] = saved;
+        }
+        // derivatives of order k start from the values of degree `degree - k`
+        let k = degree - p;
+        if (1..=order).contains(&k) {
+            out[k] = (1..=k).fold(value, |lower, raised| {
+                let p = p + raised;
+                let mut row = [0.0; MAX_DEGREE + 1];
+                for r in 0..p {
+                    let slope = p as f64 * lower[r];
+                    row[r] -= slope;
+                    row[r + 1] += slope;
+                }
+                row
+            });
+        }
+    }
+    out[0] = value;
+    out
+}
+
+fn spline_basis(degree: usize, knots: &[f64], s: usize, t: f64, order: usize) -> Basis {
     let mut out = [[0.0; MAX_DEGREE + 1]; 3];
     // `low[k]` keeps the values of degree `degree - k`, which the derivatives of order k need.
     let mut low = [[0.0; MAX_DEGREE + 1]; 3];
@@ -248,40 +290,9 @@ impl NurbsSurface {
     }
 
     /// [`jet1`](Self::jet1) at all pairs of parameters of two tables that fit, `[iu * count of v + iv]`; the same bits.
-    pub fn jets1(&self, [u, v]: [&Table; 2]) -> Vec<Jet1> {
-        debug_assert!(u.fits(self.degree[0], &self.knots[0]) && v.fits(self.degree[1], &self.knots[1]));
-        let [p, q] = self.degree;
-        let [nu, nv] = self.size();
-        let count = v.samples.len();
-        // along v first: `[iu * count + sample]`, (weight · point, weight) and its v-derivative
-        let mut rows = vec![[DVec4::ZERO; 2]; nu * count];
-        let mut line = vec![DVec4::ZERO; nv];
-        for (i, rows) in rows.chunks_exact_mut(count).enumerate() {
-            for (h, (point, &w)) in line.iter_mut().zip(self.points[i * nv..].iter().zip(&self.weights[i * nv..])) {
-                *h = (*point * w).extend(w);
-            }
-            for (row, sample) in rows.iter_mut().zip(&v.samples) {
-                for (c, &h) in line[sample.first..=sample.first + q].iter().enumerate() {
-                    row[0] += sample.value[c] * h;
-                    row[1] += sample.slope[c] * h;
-                }
-            }
-        }
-        let mut out = Vec::with_capacity(u.samples.len() * count);
-        for sample in &u.samples {
-            for k in 0..count {
-                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
-                for r in 0..=p {
-                    let row = &rows[(sample.first + r) * count + k];
-                    a += sample.value[r] * row[0];
-                    av += sample.value[r] * row[1];
-                    au += sample.slope[r] * row[0];
-                }
-                let point = a.truncate() / a.w;
-                out.push(Jet1 { p: point, du: (au.truncate() - au.w * point) / a.w, dv: (av.truncate() - av.w * point) / a.w });
-            }
-        }
-        out
+    pub fn jets1(&self, tables: [&Table; 2]) -> Vec<Jet1> {
+        debug_assert!([0, 1].iter().all(|&k| tables[k].fits(self.degree[k], &self.knots[k])));
+        vectorised(Jets { surface: self, tables })
     }
 
     /// Point, first and second derivatives at `(u, v)` (eq. 4.20).
@@ -330,8 +341,69 @@ impl NurbsSurface {
     }
 }
 
+/// Points and tangents of a surface at all pairs of parameters of two tables.
+struct Jets<'a> {
+    surface: &'a NurbsSurface,
+    tables: [&'a Table; 2],
+}
+
+impl Loops for Jets<'_> {
+    type Output = Vec<Jet1>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Jet1> {
+        let Jets { surface, tables: [u, v] } = self;
+        let [p, q] = surface.degree;
+        let [nu, nv] = surface.size();
+        let count = v.samples.len();
+        // along v first: `[iu * count + sample]`, (weight · point, weight) and its v-derivative
+        let mut rows = vec![[DVec4::ZERO; 2]; nu * count];
+        let mut line = vec![DVec4::ZERO; nv];
+        for (i, rows) in rows.chunks_exact_mut(count).enumerate() {
+            for (h, (point, &w)) in line.iter_mut().zip(surface.points[i * nv..].iter().zip(&surface.weights[i * nv..])) {
+                *h = (*point * w).extend(w);
+            }
+            for (row, sample) in rows.iter_mut().zip(&v.samples) {
+                for (&h, (&value, &slope)) in line[sample.first..=sample.first + q].iter().zip(sample.value.iter().zip(&sample.slope)) {
+                    row[0] += value * h;
+                    row[1] += slope * h;
+                }
+            }
+        }
+        let mut out = Vec::with_capacity(u.samples.len() * count);
+        for sample in &u.samples {
+            for k in 0..count {
+                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+                let rows = rows[sample.first * count + k..].iter().step_by(count).take(p + 1);
+                for (row, (&value, &slope)) in rows.zip(sample.value.iter().zip(&sample.slope)) {
+                    a += value * row[0];
+                    av += value * row[1];
+                    au += slope * row[0];
+                }
+                let point = a.truncate() / a.w;
+                out.push(Jet1 { p: point, du: (au.truncate() - au.w * point) / a.w, dv: (av.truncate() - av.w * point) / a.w });
+            }
+        }
+        out
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn one_span_has_the_bits_of_many() {
+        for degree in 0..=MAX_DEGREE {
+            let knots: Vec<f64> = [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat();
+            for k in -3..=103 {
+                let t = k as f64 / 100.0;
+                for order in 0..=2 {
+                    let bits = |basis: Basis| basis.map(|row| row.map(|x| (x + 0.0).to_bits()));
+                    assert_eq!(bits(basis(degree, &knots, degree, t, order)), bits(spline_basis(degree, &knots, degree, t, order)), "{degree} {t} {order}");
+                }
+            }
+        }
+    }
+
     use super::*;
 
     /// A bumpy rational surface with inner knots, degrees 4 and 3.

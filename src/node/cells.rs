@@ -20,9 +20,18 @@ use crate::node::star::{Star, angle, perpendicular};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Corners nearer than this (radians) are one corner. Below it a sector is thinner than readers' tolerance on
-/// usual models; the skin's tangent planes are then off by up to about this angle, far below 0.1°.
-pub const SNAP: f64 = 5e-5;
+/// Corners nearer than this (radians) are one corner: sectors between them would be slivers, and below 5e-5 thinner than readers' tolerance on
+/// usual models.
+pub const SNAP: f64 = 0.04;
+
+/// The same where no skin serves with corners joined so far.
+pub const LEAST_SNAP: f64 = 5e-5;
+
+/// A side is at least so many times as long as its corners were moved. Guessed.
+const LEAST_SIDE: f64 = 4.0;
+
+/// Corners that joining moves by more than this (radians) count as moved. Below, tangent planes are off by about as much, far below 0.01°.
+const MOVED: f64 = 2e-6;
 
 /// A cell must reach beyond its cap by this share of the cap's angle, or the diagram of the caps themselves is taken. Guessed.
 const CAP_ROOM: f64 = 0.02;
@@ -43,6 +52,8 @@ pub struct Cells {
     pub around: Vec<Vec<(usize, usize)>>,
     /// All weights are equal: Voronoi cells.
     pub uniform: bool,
+    /// Corners were joined that were apart: sides at them leave the surfaces that are as near to both their struts.
+    pub moved: bool,
 }
 
 /// The common border of two cells (or a part of it where a wide border was split).
@@ -64,8 +75,9 @@ pub struct Frame {
     pub c: [DVec3; 2],
     /// Unit vectors perpendicular to each axis, towards the other strut: azimuth 0.
     pub e: [DVec3; 2],
-    /// Unit normal of the plane of both struts: azimuth 90°. Counter-clockwise about `c[0]`, clockwise about `c[1]`.
-    pub n: DVec3,
+    /// Unit normal of the plane of both struts, perpendicular to each axis: azimuth 90°. Counter-clockwise about `c[0]`, clockwise
+    /// about `c[1]`. One vector, but for opposite struts, which no plane holds to the last bit.
+    pub n: [DVec3; 2],
     /// Angle between the struts, radians.
     pub theta: f64,
     /// cot α_k: height of the crease over its distance from strut k, in the plane of both; α_k is the angle between them.
@@ -78,9 +90,7 @@ impl Frame {
     /// The frame of two struts with weights.
     pub fn new([a, b]: [DVec3; 2], [wa, wb]: [f64; 2]) -> Frame {
         let theta = angle(a, b);
-        let cross = a.cross(b);
-        // Opposite struts: any plane through them serves.
-        let n = if cross.length() > 1e-9 { cross.normalize() } else { a.cross(perpendicular(a)).normalize() };
+        let n = normals(a, b);
         let (height, wide) = if wa == wb {
             ([1.0 / (0.5 * theta).tan(); 2], [1.0; 2])
         } else {
@@ -90,24 +100,42 @@ impl Frame {
             let sines = height.map(|h| 1.0 / h.hypot(1.0));
             (height, [(sines[0] / sines[1]).sqrt(), (sines[1] / sines[0]).sqrt()])
         };
-        Frame { c: [a, b], e: [n.cross(a), b.cross(n)], n, theta, height, wide }
+        Frame { c: [a, b], e: [n[0].cross(a), b.cross(n[1])], n, theta, height, wide }
     }
 
     /// The crease at φ.
     pub fn crease(&self, phi: f64) -> DVec3 {
         let (sin, cos) = phi.sin_cos();
         let cos = self.wide[0] * cos;
-        self.height[0] * cos * self.c[0] + cos * self.e[0] + sin * self.n
+        self.height[0] * cos * self.c[0] + cos * self.e[0] + sin * self.n[0]
     }
 
     /// The azimuth about arm `k` (0 or 1) of a direction.
     pub fn azimuth(&self, k: usize, y: DVec3) -> f64 {
-        y.dot(self.n).atan2(y.dot(self.e[k]))
+        y.dot(self.n[k]).atan2(y.dot(self.e[k]))
     }
 
     /// φ of a direction on the crease, by its azimuth about arm `k`.
     fn parameter(&self, k: usize, y: DVec3) -> f64 {
-        y.dot(self.n).atan2(y.dot(self.e[k]) / self.wide[k])
+        y.dot(self.n[k]).atan2(y.dot(self.e[k]) / self.wide[k])
+    }
+}
+
+/// Unit normal of the plane of two unit axes, perpendicular to the last bit to a and to b.
+fn normals(a: DVec3, b: DVec3) -> [DVec3; 2] {
+    /// Below this sine, cross products of opposite axes lose digits that their sum still has.
+    const NEARLY_OPPOSITE: f64 = 1e-3;
+    /// Below this sine any plane through the struts serves: which one would be a matter of round-off.
+    const OPPOSITE: f64 = 1e-9;
+    let cross = a.cross(b);
+    let sine = cross.length();
+    if sine > NEARLY_OPPOSITE || a.dot(b) > 0.0 {
+        [cross.normalize(); 2]
+    } else if sine > OPPOSITE {
+        [a.cross(a + b).normalize(); 2]
+    } else {
+        let n = a.cross(perpendicular(a)).normalize();
+        [n, (n - n.dot(b) * b).normalize()]
     }
 }
 
@@ -146,6 +174,11 @@ type Arc = [f64; 2];
 impl Cells {
     /// Cells of a node with two struts or more.
     pub fn new(star: &Star) -> Result<Cells, String> {
+        Cells::joined(star, SNAP)
+    }
+
+    /// The same with corners joined that are nearer than `snap` (radians).
+    pub fn joined(star: &Star, snap: f64) -> Result<Cells, String> {
         let axes = &star.axes;
         let weights = weights(star);
         let mut corners = Vec::new(); // directions of all arc ends, before they are joined
@@ -163,12 +196,13 @@ impl Cells {
                 }
             }
         }
-        let (joined, place) = join(&corners);
+        let (joined, place) = join(snap, &corners, &sides.iter().map(|s| s.corners).collect::<Vec<_>>());
+        let moved = corners.iter().zip(&place).any(|(corner, &k)| corner.distance(joined[k]) > MOVED);
         for side in &mut sides {
             side.corners = side.corners.map(|k| place[k]);
         }
         sides.retain(|s| s.corners[0] != s.corners[1]);
-        let mut cells = Cells { corners: joined, sides, around: vec![Vec::new(); axes.len()], uniform: weights.iter().all(|&w| w == weights[0]) };
+        let mut cells = Cells { corners: joined, sides, around: vec![Vec::new(); axes.len()], uniform: weights.iter().all(|&w| w == weights[0]), moved };
         cells.order(axes)?;
         cells.scale_corners();
         Ok(cells)
@@ -240,7 +274,7 @@ fn side_arc(axes: &[DVec3], weights: &[f64], i: usize, j: usize, frame: &Frame) 
         }
         // strut k is no nearer than i where p cos φ + q sin φ <= 0
         let apart = weights[k] * c - weights[i] * axes[i];
-        let (p, q) = (apart.dot(mid), apart.dot(frame.n));
+        let (p, q) = (apart.dot(mid), apart.dot(frame.n[0]));
         if p.hypot(q) < 1e-12 {
             continue;
         }
@@ -290,35 +324,33 @@ fn split(arc: Arc) -> Vec<f64> {
     fine
 }
 
-/// Join directions nearer than `SNAP`: the joined unit directions (means), and where each went.
-fn join(points: &[DVec3]) -> (Vec<DVec3>, Vec<usize>) {
-    let mut root: Vec<usize> = (0..points.len()).collect();
-    fn find(root: &mut [usize], mut k: usize) -> usize {
-        while root[k] != k {
-            root[k] = root[root[k]];
-            k = root[k];
-        }
-        k
-    }
+/// Join directions nearer than `snap`, and those that are then too near for what joining moved them: the joined unit directions (means),
+/// and where each went. `sides` are the pairs that a side joins.
+fn join(snap: f64, points: &[DVec3], sides: &[[usize; 2]]) -> (Vec<DVec3>, Vec<usize>) {
+    let mut place: Vec<usize> = (0..points.len()).collect(); // the first of those it was joined with
+    let merge = |place: &mut Vec<usize>, a: usize, b: usize| {
+        let (to, from) = (place[a].min(place[b]), place[a].max(place[b]));
+        place.iter_mut().filter(|p| **p == from).for_each(|p| *p = to);
+    };
     for a in 0..points.len() {
         for b in 0..a {
-            if points[a].distance_squared(points[b]) < SNAP * SNAP {
-                let (ra, rb) = (find(&mut root, a), find(&mut root, b));
-                root[ra.max(rb)] = ra.min(rb);
+            if points[a].distance_squared(points[b]) < snap * snap {
+                merge(&mut place, a, b);
             }
         }
     }
-    let mut sums: Vec<DVec3> = Vec::new();
-    let mut slot = vec![usize::MAX; points.len()];
-    let mut place = Vec::with_capacity(points.len());
-    for k in 0..points.len() {
-        let r = find(&mut root, k);
-        if slot[r] == usize::MAX {
-            slot[r] = sums.len();
-            sums.push(DVec3::ZERO);
-        }
-        sums[slot[r]] += points[k];
-        place.push(slot[r]);
+    loop {
+        let mut means = vec![DVec3::ZERO; points.len()];
+        points.iter().zip(&place).for_each(|(p, &k)| means[k] += *p);
+        means.iter_mut().for_each(|m| *m = m.normalize_or_zero());
+        let mut moved = vec![0.0f64; points.len()];
+        points.iter().zip(&place).for_each(|(p, &k)| moved[k] = moved[k].max(p.distance(means[k])));
+        let short = sides.iter().map(|s| s.map(|k| place[k])).find(|&[a, b]| a != b && means[a].distance(means[b]) < LEAST_SIDE * (moved[a] + moved[b]));
+        let Some([a, b]) = short else {
+            let slots: Vec<usize> = (0..points.len()).filter(|&k| place[k] == k).collect();
+            let slot = |k: usize| slots.binary_search(&k).expect("a place is its own");
+            return (slots.iter().map(|&k| means[k]).collect(), place.iter().map(|&k| slot(k)).collect());
+        };
+        merge(&mut place, a, b);
     }
-    (sums.into_iter().map(|s| s.normalize()).collect(), place)
 }

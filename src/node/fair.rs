@@ -109,7 +109,8 @@ fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize, hol
         let fixed: DVec3 = row.iter().filter(|e| slot[e.0] == usize::MAX).map(|&(v, w)| w * mesh.points[v]).sum();
         for &(p, wp) in row.iter().filter(|e| slot[e.0] != usize::MAX) {
             rhs[(slot[p], 0)] -= wp * unit[p].dot(fixed);
-            for &(q, wq) in row.iter().filter(|e| slot[e.0] != usize::MAX) {
+            // one half: the other is its mirror image, and `slot` is largest where nothing is free
+            for &(q, wq) in row.iter().filter(|e| slot[e.0] <= slot[p]) {
                 matrix.add(slot[p], slot[q], wp * wq * unit[p].dot(unit[q]));
             }
         }

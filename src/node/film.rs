@@ -36,6 +36,8 @@ pub struct Control {
     /// Outward normal of the strut at rim vertices and their 1-ring (figure 11b), none elsewhere.
     pub normals: Vec<Option<DVec3>>,
     pub triangles: Triangles,
+    /// Per arm: its vertices row by row, from the rim to the cell's sides, counter-clockwise about the axis.
+    pub rows: Vec<Vec<Vec<u32>>>,
     /// Place on its rim circle, for rim vertices.
     pub rims: Vec<Option<Rim>>,
 }
@@ -63,14 +65,14 @@ pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
 
 /// A control mesh of so many rows of quads between rim and cell side, with the columns at these azimuths of a side, its ends included.
 pub fn mesh(star: &Star, cells: &Cells, layers: usize, columns: impl Fn(&Side) -> Vec<f64>) -> Control {
-    let mut mesh = Control { points: vec![], free: vec![], normals: vec![], triangles: Triangles::default(), rims: vec![] };
+    let mut mesh = Control { points: vec![], free: vec![], normals: vec![], triangles: Triangles::default(), rows: vec![], rims: vec![] };
     let on_shape = |y: DVec3| {
         let u = y.normalize();
         star.original(u) * u
     };
     // corners, then the inner columns of each side
-    let mut crease: Vec<Vec<usize>> = Vec::with_capacity(cells.sides.len());
-    let corners: Vec<usize> = cells.corners.iter().map(|&k| mesh.push(on_shape(k), true, None, None)).collect();
+    let mut crease: Vec<Vec<u32>> = Vec::with_capacity(cells.sides.len());
+    let corners: Vec<u32> = cells.corners.iter().map(|&k| mesh.push(on_shape(k), true, None, None)).collect();
     for side in &cells.sides {
         let phis = columns(side);
         let mut row = vec![corners[side.corners[0]]];
@@ -83,7 +85,7 @@ pub fn mesh(star: &Star, cells: &Cells, layers: usize, columns: impl Fn(&Side) -
     for (arm, ring) in cells.around.iter().enumerate() {
         let (c, cut, rim_radius) = (star.axes[arm], star.cuts[arm], star.rim_radius(arm));
         // the cell's outline counter-clockwise: crease vertices, without repeating the corner between sides
-        let mut outline: Vec<usize> = Vec::new();
+        let mut outline: Vec<u32> = Vec::new();
         for &(side, which) in ring {
             let row = &crease[side];
             match which {
@@ -91,14 +93,14 @@ pub fn mesh(star: &Star, cells: &Cells, layers: usize, columns: impl Fn(&Side) -
                 _ => outline.extend(row[1..].iter().rev()),
             }
         }
-        let mut rows: Vec<Vec<usize>> = Vec::with_capacity(layers + 1);
+        let mut rows: Vec<Vec<u32>> = Vec::with_capacity(layers + 1);
         for layer in 0..layers {
             let f = layer as f64 / layers as f64;
             rows.push(
                 outline
                     .iter()
                     .map(|&v| {
-                        let top = mesh.points[v];
+                        let top = mesh.points[v as usize];
                         let out = (top - top.dot(c) * c).normalize();
                         // linear from the rim to the crease point, then onto the cylinder (the sphere behind the node);
                         // on a cone, and where a thinner strut may lie inside its neighbour, onto the original shape
@@ -126,20 +128,20 @@ pub fn mesh(star: &Star, cells: &Cells, layers: usize, columns: impl Fn(&Side) -
                 let (a, b) = (rows[layer][k], rows[layer][next]);
                 let (d, e) = (rows[layer + 1][k], rows[layer + 1][next]);
                 // counter-clockwise about the axis and towards the node: d below a; outward is (a, d, e), (a, e, b)
-                mesh.triangles.0.push([a as u32, d as u32, e as u32]);
-                mesh.triangles.0.push([a as u32, e as u32, b as u32]);
+                mesh.triangles.0.extend([[a, d, e], [a, e, b]]);
             }
         }
+        mesh.rows.push(rows);
     }
     mesh
 }
 
 impl Control {
-    fn push(&mut self, p: DVec3, free: bool, normal: Option<DVec3>, rim: Option<Rim>) -> usize {
+    fn push(&mut self, p: DVec3, free: bool, normal: Option<DVec3>, rim: Option<Rim>) -> u32 {
         self.points.push(p);
         self.free.push(free);
         self.normals.push(normal);
         self.rims.push(rim);
-        self.points.len() - 1
+        self.points.len() as u32 - 1
     }
 }

@@ -1,11 +1,10 @@
-//! Triangle meshes in flat arrays, with twin half-edges, and ray casting from the node by walking.
+//! A refined film, its facets, and ray casting from the node by walking over them.
 
+use crate::math::{Loops, vectorised};
 use crate::node::Hit;
+use crate::node::sleeve::{Place, Seams, Sleeve};
 use glam::DVec3;
 use std::sync::OnceLock;
-
-/// No twin: the half-edge lies on a rim.
-pub const NONE: u32 = u32::MAX;
 
 /// Triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default)]
@@ -17,47 +16,35 @@ pub struct Rim {
     pub arm: u32,
 }
 
-impl Triangles {
-    /// Half-edge `3 f + k` runs from vertex k to vertex k + 1 of triangle f. Returns its twin, or `NONE` on a rim.
-    pub fn twins(&self) -> Vec<u32> {
-        let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * self.0.len());
-        for (f, t) in self.0.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (t[k], t[(k + 1) % 3]);
-                edges.push((a.min(b), a.max(b), (3 * f + k) as u32));
-            }
-        }
-        edges.sort_unstable();
-        let mut twins = vec![NONE; edges.len()];
-        for w in edges.windows(2) {
-            if w[0].0 == w[1].0 && w[0].1 == w[1].1 {
-                twins[w[0].2 as usize] = w[1].2;
-                twins[w[1].2 as usize] = w[0].2;
-            }
-        }
-        twins
-    }
+/// A facet: one half of a quad of a sleeve, in which its diagonal ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facet {
+    pub arm: usize,
+    pub row: usize,
+    pub column: usize,
+    /// 0: the half with the edge of the next row, 1: with that of its own row.
+    pub half: usize,
 }
 
-/// Triangles with the twins of their half-edges.
-#[derive(Clone, Debug)]
-pub struct Facets {
-    pub triangles: Triangles,
-    pub twins: Vec<u32>,
+impl Facet {
+    /// Rows and columns of its vertices, counter-clockwise seen from outside. The first is the quad's own.
+    #[inline(always)]
+    pub fn corners(&self) -> [(usize, usize); 3] {
+        let (row, column) = (self.row, self.column);
+        let across = (row + 1, column + 1);
+        if self.half == 0 { [(row, column), (row + 1, column), across] } else { [(row, column), across, (row, column + 1)] }
+    }
 }
 
 /// A refined film.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    pub points: Vec<DVec3>,
-    /// Unit normals of the refined surface at its vertices: cylinder normals on the rims, else the mean of the facets'.
-    pub normals: Vec<DVec3>,
-    pub triangles: Triangles,
-    pub twins: Vec<u32>,
-    /// What was refined, coarsest first: facet f has the parts `4 f + k` at its vertices k and `4 f + 3` in the middle.
-    coarse: Vec<Facets>,
-    /// Per cell of a cube map of directions: a facet seen there, or `NONE`. Rays start their walk from it.
-    starts: Vec<u32>,
+    /// One per arm. Unit normals of the refined surface at its vertices: those of the strut on the rims, else the mean of the facets'.
+    pub sleeves: Vec<Sleeve>,
+    seams: Seams,
+    levels: u32,
+    /// Per cell of a cube map of directions: a facet seen there, if one is known. Rays start their walk from it.
+    starts: Vec<Option<Facet>>,
     folds: Option<Folds>,
 }
 
@@ -75,6 +62,7 @@ struct Folds {
 const GRID: usize = 16;
 
 /// The cube map cell of a direction.
+#[inline(always)]
 fn cell(u: DVec3) -> usize {
     let m = u.abs();
     let (face, a, b, c) = if m.x >= m.y && m.x >= m.z {
@@ -106,14 +94,13 @@ impl Folds {
     /// Angle between a cell's middle and its farthest corner, radians: at most half the diagonal of a cell.
     const CELL: f64 = 1.5 / GRID as f64;
 
-    /// `inward`: the facets that do not face outward.
-    fn new(points: &[DVec3], triangles: &Triangles, inward: &[usize]) -> Folds {
-        let corners = |t: &[u32; 3]| t.map(|v| points[v as usize]);
+    /// `inward`: corners of the facets that do not face outward.
+    fn new(inward: impl Iterator<Item = [DVec3; 3]>) -> Folds {
         let middles: Vec<DVec3> = middles().collect();
         let mut cells = vec![false; middles.len()];
-        for &f in inward {
+        for corners in inward {
             // all that the facet hides lies in the cone about its corners
-            let [a, b, c] = corners(&triangles.0[f]).map(|p| p.normalize());
+            let [a, b, c] = corners.map(|p| p.normalize());
             let axis = (a + b + c).normalize_or_zero();
             let wide = axis.dot(a).min(axis.dot(b)).min(axis.dot(c));
             let least = if wide > 0.0 { (wide.min(1.0).acos() + Folds::CELL).cos() } else { -1.0 };
@@ -123,29 +110,65 @@ impl Folds {
     }
 
     fn reach_sq(&self, mesh: &Mesh) -> f64 {
-        let longest = |t: &[u32; 3]| {
-            let [a, b, c] = mesh.corners(*t);
-            a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
-        };
-        *self.reach_sq.get_or_init(|| mesh.triangles.0.iter().map(longest).fold(0.0, f64::max))
+        let longest = |[a, b, c]: [DVec3; 3]| a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        *self.reach_sq.get_or_init(|| mesh.facets().map(|f| longest(mesh.corners(f))).fold(0.0, f64::max))
     }
 }
 
 impl Mesh {
     /// `inward`: the facets that do not face outward.
-    pub fn new(points: Vec<DVec3>, normals: Vec<DVec3>, facets: Facets, coarse: Vec<Facets>, inward: &[usize]) -> Mesh {
-        let Facets { triangles, twins } = facets;
-        let mut starts = vec![NONE; 6 * GRID * GRID];
-        // facets come in families of 4^levels neighbours: one in eight is enough to hit every cell that matters
-        for (f, t) in triangles.0.iter().enumerate().step_by(8) {
-            starts[cell(points[t[0] as usize])] = f as u32;
+    pub fn new(sleeves: Vec<Sleeve>, seams: Seams, levels: u32, inward: &[Facet]) -> Mesh {
+        // one facet in 32 is enough to hit every cell that matters
+        const APART: usize = 4;
+        let mut starts = vec![None; 6 * GRID * GRID];
+        for (arm, sleeve) in sleeves.iter().enumerate() {
+            for row in (0..sleeve.layers).step_by(APART) {
+                for column in (0..sleeve.columns).step_by(APART) {
+                    starts[cell(sleeve.point(row, column))] = Some(Facet { arm, row, column, half: 0 });
+                }
+            }
         }
-        let folds = (!inward.is_empty()).then(|| Folds::new(&points, &triangles, inward));
-        Mesh { points, normals, triangles, twins, coarse, starts, folds }
+        let mut mesh = Mesh { sleeves, seams, levels, starts, folds: None };
+        mesh.folds = (!inward.is_empty()).then(|| Folds::new(inward.iter().map(|&f| mesh.corners(f))));
+        mesh
     }
 
-    fn corners(&self, t: [u32; 3]) -> [DVec3; 3] {
-        [self.points[t[0] as usize], self.points[t[1] as usize], self.points[t[2] as usize]]
+    /// All facets.
+    pub fn facets(&self) -> impl Iterator<Item = Facet> {
+        let quads = self.sleeves.iter().enumerate().flat_map(|(arm, s)| (0..s.layers * s.columns).map(move |k| (arm, k / s.columns, k % s.columns)));
+        quads.flat_map(|(arm, row, column)| [0, 1].map(|half| Facet { arm, row, column, half }))
+    }
+
+    /// The points of a facet's vertices.
+    #[inline(always)]
+    pub fn corners(&self, facet: Facet) -> [DVec3; 3] {
+        let (sleeve, [a, b, c]) = (&self.sleeves[facet.arm], facet.corners());
+        [sleeve.point(a.0, a.1), sleeve.point(b.0, b.1), sleeve.point(c.0, c.1)]
+    }
+
+    /// Whether there is a facet across edge k (from vertex k to the next): not on a rim.
+    #[inline(always)]
+    fn goes_on(&self, facet: Facet, k: usize) -> bool {
+        facet.half == 0 || k < 2 || facet.row > 0
+    }
+
+    /// The facet across edge k, and which of its edges that is.
+    #[inline(always)]
+    fn across(&self, facet: Facet, k: usize) -> (Facet, usize) {
+        let Facet { arm, row, column, half } = facet;
+        let sleeve = &self.sleeves[arm];
+        match (half, k) {
+            (0, 0) => (Facet { column: if column == 0 { sleeve.columns } else { column } - 1, half: 1, ..facet }, 1),
+            (0, 1) if row + 1 < sleeve.layers => (Facet { row: row + 1, half: 1, ..facet }, 2),
+            (0, 1) => {
+                let Place { arm, column } = self.seams.across(arm, column, self.levels);
+                (Facet { arm, row: self.sleeves[arm].layers - 1, column, half: 0 }, 1)
+            }
+            (0, _) => (Facet { half: 1, ..facet }, 0),
+            (_, 0) => (Facet { half: 0, ..facet }, 2),
+            (_, 1) => (Facet { column: if column + 1 == sleeve.columns { 0 } else { column + 1 }, half: 0, ..facet }, 0),
+            _ => (Facet { row: row - 1, half: 0, ..facet }, 1),
+        }
     }
 
     /// Least cosine between a facet's normal and the ray from the node to it (negative: the film is folded there),
@@ -153,8 +176,8 @@ impl Mesh {
     pub fn facing(&self) -> (f64, usize) {
         let mut least = 1.0f64;
         let mut folded = 0;
-        for t in &self.triangles.0 {
-            let [a, b, c] = self.corners(*t);
+        for facet in self.facets() {
+            let [a, b, c] = self.corners(facet);
             let cos = (b - a).cross(c - a).normalize_or_zero().dot((a + b + c).normalize_or_zero());
             least = least.min(cos);
             folded += usize::from(cos <= 0.0);
@@ -163,105 +186,176 @@ impl Mesh {
     }
 }
 
+/// Volumes of the ray with each edge of a facet, from vertex k to the next: all positive where the ray passes within it.
+#[inline(always)]
+fn sides([a, b, c]: [DVec3; 3], u: DVec3) -> [f64; 3] {
+    [u.dot(a.cross(b)), u.dot(b.cross(c)), u.dot(c.cross(a))]
+}
+
+/// A facet with these `sides` faces outward and holds the ray.
+#[inline(always)]
+fn holds([a, b, c]: [DVec3; 3], side: [f64; 3]) -> bool {
+    let slack = -1e-12 * a.length_squared();
+    side[0] >= slack && side[1] >= slack && side[2] >= slack && a.dot(b.cross(c)) > 0.0
+}
+
+/// Leaps of a ray before it goes step by step.
+const MOST_LEAPS: usize = 6;
+
 /// Casts rays from the node at a mesh. Walks from facet to facet, so near rays in turn are cheap.
 pub struct Caster<'a> {
     mesh: &'a Mesh,
-    at: usize,
+    at: Facet,
+}
+
+/// One ray: not many numbers at once, but the instructions of wide vectors need fewer moves.
+struct Ray<'a, 'b> {
+    caster: &'a mut Caster<'b>,
+    direction: DVec3,
+}
+
+impl Loops for Ray<'_, '_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Hit> {
+        self.caster.cast(self.direction)
+    }
 }
 
 impl<'a> Caster<'a> {
     pub fn new(mesh: &'a Mesh) -> Self {
-        Caster { mesh, at: 0 }
+        Caster { mesh, at: Facet { arm: 0, row: 0, column: 0, half: 0 } }
     }
 
     /// Where the ray meets the mesh. The facets are lifted towards the smooth surface by their vertex normals:
     /// half the mean distance to the vertices' tangent planes, exact to second order for every quadric.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
+        vectorised(Ray { caster: self, direction })
+    }
+
+    #[inline(always)]
+    fn cast(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
-        let mesh = self.mesh;
-        let place = cell(u);
-        let known = || if mesh.starts[place] == NONE { self.at } else { mesh.starts[place] as usize };
-        let near = mesh.points[mesh.triangles.0[self.at][0] as usize].normalize().dot(u) > 0.995;
-        let (first, second) = if near { (self.at, known()) } else { (known(), self.at) };
-        // where the film is folded the way decides which facet is met: it keeps to the finest level
-        let single = mesh.folds.as_ref().is_none_or(|f| !f.cells[place]);
-        let quick = if single { self.descend(first, u) } else { None };
-        let face = quick.or_else(|| self.along(first, u)).or_else(|| self.along(second, u)).or_else(|| self.search(u))?;
-        self.at = face;
-        let t = self.mesh.triangles.0[face];
-        let [a, b, c] = self.mesh.corners(t);
-        let weight = [u.dot(b.cross(c)), u.dot(c.cross(a)), u.dot(a.cross(b))];
-        let sum: f64 = weight.iter().sum();
-        let p = (weight[0] * a + weight[1] * b + weight[2] * c) / sum;
-        let mut normal = DVec3::ZERO;
-        let mut lift = 0.0;
-        for (v, (corner, weight)) in t.into_iter().zip([a, b, c].into_iter().zip(weight)) {
-            let n = self.mesh.normals[v as usize];
-            normal += weight / sum * n;
-            lift += 0.5 * weight / sum * n.dot(corner - p);
-        }
-        let normal = normal.normalize();
+        let facet = self.find(u)?;
+        self.at = facet;
+        let sleeve = &self.mesh.sleeves[facet.arm];
+        let [a, b, c] = self.mesh.corners(facet);
+        let [third, first, second] = sides([a, b, c], u);
+        let scale = 1.0 / (first + second + third);
+        let (first, second, third) = (first * scale, second * scale, third * scale);
+        let p = first * a + second * b + third * c;
+        let [i, j, k] = facet.corners();
+        let (na, nb, nc) = (sleeve.normal(i.0, i.1), sleeve.normal(j.0, j.1), sleeve.normal(k.0, k.1));
+        let normal = (first * na + second * nb + third * nc).normalize();
+        let lift = 0.5 * (first * na.dot(a - p) + second * nb.dot(b - p) + third * nc.dot(c - p));
         // steep facets: the lift along the ray is bounded by the size of the facet
         let along = lift / normal.dot(u).max(0.2);
-        let size = a.distance(b).max(b.distance(c));
-        Some(Hit { distance: p.length() + along.clamp(-0.2 * size, 0.2 * size), normal })
+        let most = 0.2 * a.distance_squared(b).max(b.distance_squared(c)).sqrt();
+        Some(Hit { distance: p.length() + along.clamp(-most, most), normal })
     }
 
-    /// The facet that holds the ray, by walking from `start` over the coarsest facets first: they are few enough to stay
-    /// in the cache.
-    fn descend(&self, start: usize, u: DVec3) -> Option<usize> {
-        let mut face = start >> (2 * self.mesh.coarse.len());
-        for Facets { triangles, twins } in &self.mesh.coarse {
-            face = 4 * self.walk(face, u, triangles, twins)? + 3;
+    /// The facet that holds the ray.
+    #[inline(always)]
+    fn find(&self, u: DVec3) -> Option<Facet> {
+        const NEAR: f64 = 0.995; // cosine
+        let mesh = self.mesh;
+        let p = mesh.sleeves[self.at.arm].point(self.at.row, self.at.column);
+        let along = p.dot(u);
+        let near = along > 0.0 && along * along > NEAR * NEAR * p.length_squared();
+        if near
+            && mesh.folds.is_none()
+            && let Some(facet) = self.walk(self.at, u, MOST_LEAPS)
+        {
+            return Some(facet);
         }
-        self.along(face, u)
+        let place = cell(u);
+        let known = mesh.starts[place].unwrap_or(self.at);
+        let (first, second) = if near { (self.at, known) } else { (known, self.at) };
+        // where the film is folded the way decides which facet is met: it goes step by step
+        let single = mesh.folds.as_ref().is_none_or(|f| !f.cells[place]);
+        let quick = if single { self.walk(first, u, MOST_LEAPS) } else { None };
+        quick.or_else(|| self.walk(first, u, 0)).or_else(|| self.walk(second, u, 0)).or_else(|| self.search(u))
     }
 
-    /// The facet that holds the ray, by walking from `start` over the finest facets.
-    fn along(&self, start: usize, u: DVec3) -> Option<usize> {
-        self.walk(start, u, &self.mesh.triangles, &self.mesh.twins).filter(|&f| self.inside(f, u))
-    }
-
-    /// Walk towards the ray over the facets of one level, as far as that leads; none where it does not end.
-    fn walk(&self, mut face: usize, u: DVec3, triangles: &Triangles, twins: &[u32]) -> Option<usize> {
+    /// The facet that holds the ray, by walking from `facet` towards it, with some leaps at first; none where that does not lead there.
+    #[inline(always)]
+    fn walk(&self, mut facet: Facet, u: DVec3, mut leaps: usize) -> Option<Facet> {
         const MOST_STEPS: usize = 200;
-        let mut from = NONE;
+        let mut from = 3;
         for _ in 0..MOST_STEPS {
-            let [a, b, c] = self.mesh.corners(triangles.0[face]);
-            let twins = &twins[3 * face..3 * face + 3];
-            let side = [u.dot(a.cross(b)), u.dot(b.cross(c)), u.dot(c.cross(a))];
-            let mut next = NONE;
-            let mut worst = 0.0;
-            for k in 0..3 {
-                if side[k] < worst && twins[k] != NONE && (3 * face + k) as u32 != from {
-                    worst = side[k];
-                    next = twins[k];
+            let corners = self.mesh.corners(facet);
+            let side = sides(corners, u);
+            if holds(corners, side) {
+                return Some(facet);
+            }
+            if leaps > 0 {
+                leaps -= 1;
+                let far = self.leap(facet, side);
+                if far != facet {
+                    (facet, from) = (far, 3);
+                    continue;
                 }
             }
-            if next == NONE {
-                return Some(face);
+            // the edge that the ray passes farthest out, but for the one across which the way came, and rims
+            let (mut worst, mut least) = (3, 0.0);
+            for k in 0..3 {
+                if side[k] < least && k != from && self.mesh.goes_on(facet, k) {
+                    (worst, least) = (k, side[k]);
+                }
             }
-            from = next;
-            face = next as usize / 3;
+            if worst == 3 {
+                return None;
+            }
+            (facet, from) = self.mesh.across(facet, worst);
         }
         None
     }
 
-    /// Facet `face` faces outward and holds the ray.
-    fn inside(&self, face: usize, u: DVec3) -> bool {
-        let [a, b, c] = self.mesh.corners(self.mesh.triangles.0[face]);
-        let slack = -1e-12 * a.length_squared();
-        u.dot(a.cross(b)) >= slack && u.dot(b.cross(c)) >= slack && u.dot(c.cross(a)) >= slack && a.dot(b.cross(c)) > 0.0
+    /// Where the ray would be, in the same sleeve, if rows and columns went on as they do at a facet; `side` are its `sides`.
+    #[inline(always)]
+    fn leap(&self, facet: Facet, side: [f64; 3]) -> Facet {
+        let sleeve = &self.mesh.sleeves[facet.arm];
+        let sum = side[0] + side[1] + side[2];
+        if !(sum > 0.0) {
+            return facet;
+        }
+        // rows and columns beyond the quad's own
+        let (up, along) = if facet.half == 0 { (side[2] + side[0], side[0]) } else { (side[2], side[2] + side[0]) };
+        let (up, along) = (up / sum, along / sum);
+        let (rows, columns, most) = (up.floor(), along.floor(), sleeve.columns as f64);
+        let row = (facet.row as f64 + rows).clamp(0.0, sleeve.layers as f64 - 1.0);
+        let column = facet.column as f64 + columns.clamp(-most, most);
+        let column = if column < 0.0 { column + most } else { column } as usize;
+        let column = if column >= sleeve.columns { column - sleeve.columns } else { column };
+        Facet { row: row as usize, column: column.min(sleeve.columns - 1), half: usize::from(along - columns > up - rows), ..facet }
     }
 
     /// All facets, the outermost hit first.
-    fn search(&self, u: DVec3) -> Option<usize> {
-        let first = |f: usize| self.mesh.points[self.mesh.triangles.0[f][0] as usize];
-        let reach = |f: usize| first(f).dot(u);
+    fn search(&self, u: DVec3) -> Option<Facet> {
         // a facet that holds the ray has no vertex farther from it than its longest edge
         let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq(self.mesh) * (1.0 + 1e-9));
-        let near = |f: usize| reach(f) > 0.0 && first(f).length_squared() - reach(f).powi(2) <= reach_sq;
-        (0..self.mesh.triangles.0.len()).filter(|&f| near(f) && self.inside(f, u)).max_by(|&f, &g| reach(f).total_cmp(&reach(g)))
+        let (mut found, mut farthest) = (None, 0.0);
+        for (arm, sleeve) in self.mesh.sleeves.iter().enumerate() {
+            for row in 0..sleeve.layers {
+                let [x, y, z, ..] = sleeve.row(row).map(|part| &part[1..=sleeve.columns]);
+                for (column, (&x, (&y, &z))) in x.iter().zip(y.iter().zip(z)).enumerate() {
+                    // the first vertex of both facets of a quad
+                    let p = DVec3::new(x, y, z);
+                    let reach = p.dot(u);
+                    if reach < farthest || p.length_squared() - reach * reach > reach_sq {
+                        continue;
+                    }
+                    for facet in [0, 1].map(|half| Facet { arm, row, column, half }) {
+                        let corners = self.mesh.corners(facet);
+                        if holds(corners, sides(corners, u)) {
+                            (found, farthest) = (Some(facet), reach);
+                        }
+                    }
+                }
+            }
+        }
+        found
     }
 }
 

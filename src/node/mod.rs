@@ -1,6 +1,6 @@
 //! Node layer: `Graph, node ▶ Film`. One file per step of the soap-film method
 //! (Luo & Zou 2025): cut, cells, film, fair, refine; `level_set` is the fall-back shape;
-//! `savio` is the method the paper compares itself to; `deviation` measures against the shape before blending.
+//! `deviation` measures against the shape before blending.
 //!
 //! Node units throughout: the node at the origin, lengths divided by the node's radius.
 //! The film that leaves this layer is star-shaped enough to be met by every ray asked of it:
@@ -14,7 +14,7 @@ pub mod film;
 pub mod level_set;
 pub mod mesh;
 pub mod refine;
-pub mod savio;
+pub mod sleeve;
 pub mod star;
 
 pub use cells::Cells;
@@ -35,8 +35,8 @@ pub struct Film {
 /// Where the film's points come from.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// A refined control mesh: the soap film, or Savio's.
-    Mesh(Mesh),
+    /// The soap film after fairing and refinement.
+    Soap(Mesh),
     /// The level-set film: the fall-back.
     LevelSet(LevelSet),
 }
@@ -71,11 +71,16 @@ impl Film {
     /// Run all steps of one method on one node.
     pub fn build(star: Star, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let cells = Cells::new(&star)?;
+        Film::of_cells(star, cells, method, fairing, levels)
+    }
+
+    /// The same with these cells.
+    pub fn of_cells(star: Star, cells: Cells, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let shape = match method {
             Method::SoapFilm => {
                 let mut control = film::control_mesh(&star, &cells);
                 fair::fair(&mut control, fairing, fair::HOLD)?;
-                Shape::Mesh(refine::refine(control, &star, levels))
+                Shape::Soap(refine::refine(&control, &star, levels))
             }
             Method::LevelSet => Shape::LevelSet(LevelSet::new(&star)),
         };
@@ -85,7 +90,7 @@ impl Film {
     /// A sampler for rays from the node; keeps a place to start from, so ask it for near rays in turn.
     pub fn sampler(&self) -> Sampler<'_> {
         match &self.shape {
-            Shape::Mesh(mesh) => Sampler::Mesh(Caster::new(mesh)),
+            Shape::Soap(mesh) => Sampler::Soap(Caster::new(mesh)),
             Shape::LevelSet(set) => Sampler::LevelSet(set),
         }
     }
@@ -93,7 +98,7 @@ impl Film {
 
 /// Answers where rays from the node meet the film.
 pub enum Sampler<'a> {
-    Mesh(Caster<'a>),
+    Soap(Caster<'a>),
     LevelSet(&'a LevelSet),
 }
 
@@ -101,7 +106,7 @@ impl Sampler<'_> {
     /// The film along the ray of `direction` (any length), or none where no facet is met.
     pub fn hit(&mut self, direction: DVec3) -> Option<Hit> {
         match self {
-            Sampler::Mesh(caster) => caster.hit(direction),
+            Sampler::Soap(caster) => caster.hit(direction),
             Sampler::LevelSet(set) => Some(set.hit(direction)),
         }
     }

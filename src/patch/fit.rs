@@ -11,7 +11,7 @@
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
 use crate::math::sparse::{Order, Symmetric};
-use crate::math::{Loops, axpy, padded, vectorised};
+use crate::math::{Loops, axpy, axpy2, padded, vectorised};
 use crate::node::{Film, Sampler};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
@@ -200,17 +200,34 @@ impl<'a> Loops for Reduction<'a> {
 #[inline(always)]
 fn eliminate(normal: &mut [f64], width: usize, nb: usize) -> Result<(), String> {
     let line = padded(width);
-    for k in (nb..width).rev() {
-        let (above, row) = normal.split_at_mut(k * line);
-        let pivot = row[k];
-        if !(pivot > 0.0) {
-            return Err(format!("a patch's own equations are singular (pivot {pivot:e})"));
+    let mut left = width;
+    while left > nb {
+        // two at a time: the rows above are read and written half as often
+        let both = left - nb > 1;
+        let first = left - if both { 2 } else { 1 };
+        let (above, rows) = normal.split_at_mut(first * line);
+        let (one, other) = rows.split_at_mut(line);
+        if both {
+            let pivot = positive(other[first + 1])?;
+            axpy(&mut one[..padded(first + 1)], -other[first] / pivot, other);
+            let pivots = [pivot, positive(one[first])?];
+            for i in 0..first {
+                axpy2(&mut above[i * line..i * line + padded(i + 1)], [-other[i] / pivots[0], -one[i] / pivots[1]], [other, one]);
+            }
+        } else {
+            let pivot = positive(one[first])?;
+            for i in 0..first {
+                axpy(&mut above[i * line..i * line + padded(i + 1)], -one[i] / pivot, one);
+            }
         }
-        for i in 0..k {
-            axpy(&mut above[i * line..i * line + padded(i + 1)], -row[i] / pivot, row);
-        }
+        left = first;
     }
     Ok(())
+}
+
+#[inline(always)]
+fn positive(pivot: f64) -> Result<f64, String> {
+    if pivot > 0.0 { Ok(pivot) } else { Err(format!("a patch's own equations are singular (pivot {pivot:e})")) }
 }
 
 /// Bernstein coefficients of the strut's own gauge on a sector: |E_rim| / r for a cylinder, less what a cone grows by.
@@ -302,9 +319,9 @@ fn deviation(tables: &Tables, layout: &Layout, index: usize, map: &SectorMap, ow
 pub struct Samples {
     along: Direction,
     across: Direction,
-    /// Products of two basis values across, from `RIM_ROWS` on, `[j * rows + l]` and padded for each sample.
+    /// Products of two basis values across, from `RIM_ROWS` on: the lower triangle row by row, padded for each sample.
     products: Vec<f64>,
-    /// What remains of the Gram matrices across from `RIM_ROWS` on, padded.
+    /// What remains of the Gram matrices across from `RIM_ROWS` on, likewise.
     gram_rows: [Vec<f64>; 3],
     /// Sum of the squared second differences of a control net that is 0 in the `RIM_ROWS`: rows padded.
     bends: Vec<f64>,
@@ -344,8 +361,8 @@ impl Samples {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let (along, across) = (Direction::new(np, &tables.map[0]), Direction::new(n, &tables.map[1]));
         let flat = |entry: &dyn Fn(usize, usize) -> f64| {
-            let mut out = square(rows, entry);
-            out.resize(padded(rows * rows), 0.0);
+            let mut out: Vec<f64> = (0..rows).flat_map(|j| (0..=j).map(move |l| entry(j, l))).collect();
+            out.resize(padded(out.len()), 0.0);
             out
         };
         let gram_rows = [0, 1, 2].map(|order| flat(&|j, l| across.gram[order][(j + RIM_ROWS) * n + l + RIM_ROWS]));
@@ -429,7 +446,8 @@ impl Loops for Quadratic<'_> {
         let Quadratic { samples, weights, plate, np, rows } = self;
         let (size, m) = (padded(np * rows), padded(samples.across.rule.len()));
         let mut energy = vec![0.0; np * rows * size];
-        let mut block = vec![0.0; padded(rows * rows)];
+        let triangle = samples.gram_rows[0].len();
+        let mut block = vec![0.0; triangle];
         let mut line = vec![0.0; m];
         for i in 0..np {
             for k in 0..=i {
@@ -438,16 +456,18 @@ impl Loops for Quadratic<'_> {
                     axpy(&mut line, along[i] * along[k], weights);
                 }
                 block.fill(0.0);
-                for (f, products) in line.iter().zip(samples.products.chunks_exact(padded(rows * rows))) {
+                for (f, products) in line.iter().zip(samples.products.chunks_exact(triangle)) {
                     axpy(&mut block, *f, products);
                 }
                 for (order, f) in plate.into_iter().enumerate() {
                     axpy(&mut block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
                 }
-                for (j, line) in block[..rows * rows].chunks_exact(rows).enumerate() {
-                    let (at, mirrored) = ((i * rows + j) * size + k * rows, (k * rows + j) * size + i * rows);
-                    for (l, &x) in line.iter().enumerate() {
-                        (energy[at + l], energy[mirrored + l]) = (x, x);
+                let mut entries = block.iter();
+                for j in 0..rows {
+                    for (l, &x) in (0..=j).zip(&mut entries) {
+                        for (r, c) in [(i * rows + j, k * rows + l), (i * rows + l, k * rows + j), (k * rows + j, i * rows + l), (k * rows + l, i * rows + j)] {
+                            energy[r * size + c] = x;
+                        }
                     }
                 }
             }

@@ -6,7 +6,7 @@
 //! an edge: what its two polynomials have beyond the jets at their ends.
 //!
 //! The gauge w along a crease has degree `p - 1`, its derivative across degree p. Along a radial, the same; where columns turn
-//! (cells not uniform) the relation across has coefficients of degree 3 instead of 0 and 2, so patches have degree p + 3 in v,
+//! the relation across has coefficients of degree 3 instead of 0 and 2, so patches have degree p + 3 in v,
 //! and w and χ along radials have degree p.
 
 use crate::math::axpy;
@@ -47,10 +47,10 @@ impl Tables {
         Tables { p, q: p, along: p - 1, turn: p, interpolation: Interpolation::new(p), columns: Interpolation::new(p), map }
     }
 
-    /// For cells that are not uniform.
+    /// For columns that turn.
     pub fn turned(p: usize) -> Self {
         let q = p + 3;
-        let map = [(map::DEGREE, p), (map::TURNED_COLUMN_DEGREE, q)].map(|(degree, to)| Interpolation::new(degree).raised(to));
+        let map = [(map::TURNED_DEGREE, p), (map::TURNED_COLUMN_DEGREE, q)].map(|(degree, to)| Interpolation::new(degree).raised(to));
         Tables { q, along: p, turn: p, columns: Interpolation::new(q), map, ..Tables::new(p) }
     }
 
@@ -185,7 +185,7 @@ impl CreaseForms {
         let slope = slope(&w);
         let across = [1.0, -1.0].map(|side| {
             let map = &maps[usize::from(side < 0.0)];
-            let t_over_dt = [0.0, 1.0].map(|s| if layout.uniform { map.t(s) } else { map.crease_t(s) } / dt);
+            let t_over_dt = [0.0, 1.0].map(|s| if layout.turned { map.crease_t(s) } else { map.t(s) } / dt);
             let speed = [0.0, 1.0].map(|s| map.speed(s) * wide[usize::from(side < 0.0)]);
             let mut sum = times(&t_over_dt, &slope);
             for ((sum, w), delta) in sum.iter_mut().zip(&w).zip(&delta) {

@@ -40,8 +40,8 @@ pub struct Layout {
     pub sectors: Vec<Sector>,
     /// Per arm: its sectors counter-clockwise about the axis.
     pub around: Vec<Vec<usize>>,
-    /// As `Cells::uniform`: columns of the direction map keep their azimuth.
-    pub uniform: bool,
+    /// Columns of the direction map turn: cells are not uniform, or corners were joined.
+    pub turned: bool,
     /// Made by `Layout::fine`.
     pub fine: bool,
 }
@@ -65,7 +65,7 @@ pub struct Radial {
     /// Height over distance from the axis, of the rim and of the corner.
     pub cut: f64,
     pub h: f64,
-    /// Distance of the corner's `k` from the axis: 1 where cells are uniform.
+    /// Distance of the corner's `k` from the axis: 1 where columns do not turn.
     pub scale: f64,
     /// Radius of the strut at the node, and its growth per unit of length.
     pub radius: f64,
@@ -86,7 +86,7 @@ pub struct Crease {
     pub sign: f64,
     /// The parameter at both ends.
     pub t: [f64; 2],
-    /// The crease's point at both ends over the corner's `k`: 1 where cells are uniform.
+    /// The crease's point at both ends over the corner's `k`: 1 where columns do not turn.
     pub stretch: [f64; 2],
 }
 
@@ -137,16 +137,21 @@ impl Radial {
 impl Layout {
     /// Lay out the sectors; splits sides until the direction map of every sector is regular.
     pub fn new(star: &Star, cells: &Cells) -> Result<Layout, String> {
-        Layout::regular(star, cells, Detail::Usual)
+        Layout::regular(star, cells, turns(cells), Detail::Usual)
     }
 
     /// A layout for struts that leave the node close together, or of very different radii. Behind the struts' end planes the
     /// gauge grows with the distance from these planes: creases are parted there, and columns cross the planes slowly if such a map is regular.
     pub fn fine(star: &Star, cells: &Cells) -> Result<Layout, String> {
-        Layout::regular(star, cells, Detail::Slow).or_else(|_| Layout::regular(star, cells, Detail::Parted))
+        Layout::regular(star, cells, turns(cells), Detail::Slow).or_else(|_| Layout::regular(star, cells, turns(cells), Detail::Parted))
     }
 
-    fn regular(star: &Star, cells: &Cells, detail: Detail) -> Result<Layout, String> {
+    /// As `new`, with columns that keep their azimuth: off by as much as corners were moved.
+    pub fn straight(star: &Star, cells: &Cells) -> Result<Layout, String> {
+        Layout::regular(star, cells, false, Detail::Usual)
+    }
+
+    fn regular(star: &Star, cells: &Cells, turned: bool, detail: Detail) -> Result<Layout, String> {
         let mut corners = cells.corners.clone();
         let mut pieces = Vec::with_capacity(cells.sides.len());
         for (index, side) in cells.sides.iter().enumerate() {
@@ -165,7 +170,7 @@ impl Layout {
         }
         let mut straight = BTreeSet::new();
         loop {
-            let layout = Layout::of_pieces(star, cells, &corners, &pieces, &straight, detail);
+            let layout = Layout::of_pieces(star, cells, turned, &corners, &pieces, &straight, detail);
             let bad: Vec<usize> = (0..layout.sectors.len()).filter(|&k| !map::SectorMap::new(&layout, k).is_regular()).collect();
             if bad.is_empty() {
                 return Ok(layout);
@@ -198,7 +203,7 @@ impl Layout {
         }
     }
 
-    fn of_pieces(star: &Star, cells: &Cells, corners: &[DVec3], pieces: &[Piece], straight: &BTreeSet<(usize, usize)>, detail: Detail) -> Layout {
+    fn of_pieces(star: &Star, cells: &Cells, turned: bool, corners: &[DVec3], pieces: &[Piece], straight: &BTreeSet<(usize, usize)>, detail: Detail) -> Layout {
         let creases: Vec<Crease> = pieces
             .iter()
             .map(|p| {
@@ -207,7 +212,7 @@ impl Layout {
                 let sign = if at_back(middle) { -1.0 } else { 1.0 };
                 let stretch = [0, 1].map(|end| {
                     let k = corners[p.corners[end]];
-                    if cells.uniform { 1.0 } else { side.frame.crease(p.phi[end]).dot(k) / k.length_squared() }
+                    if turned { side.frame.crease(p.phi[end]).dot(k) / k.length_squared() } else { 1.0 }
                 });
                 let t = p.phi.map(|phi| parameter(phi, middle));
                 Crease { arms: side.arms, corners: p.corners, frame: side.frame, phi: p.phi, sign, t, stretch }
@@ -219,7 +224,7 @@ impl Layout {
             creases,
             sectors: Vec::with_capacity(2 * pieces.len()),
             around: vec![Vec::new(); star.degree()],
-            uniform: cells.uniform,
+            turned,
             fine: detail > Detail::Usual,
         };
         let mut radial_of = std::collections::BTreeMap::new();
@@ -231,7 +236,7 @@ impl Layout {
                         let c = star.axes[arm];
                         let k = layout.corners[corner].k;
                         let out = k - k.dot(c) * c;
-                        let scale = if cells.uniform { 1.0 } else { out.length() };
+                        let scale = if turned { out.length() } else { 1.0 };
                         let h = k.dot(c) / scale;
                         let cut = star.cuts[arm] / star.rim_radius(arm);
                         let (radius, taper) = (star.radii[arm], star.tapers[arm]);
@@ -278,7 +283,7 @@ impl Layout {
         let mut factor = vec![1.0f64; self.radials.len()];
         for (index, sector) in self.sectors.iter().enumerate() {
             let crease = &self.creases[sector.crease];
-            let map = (!self.uniform).then(|| map::SectorMap::new(self, index));
+            let map = self.turned.then(|| map::SectorMap::new(self, index));
             let ends = [0, 1].map(|end| self.radials[sector.radials[end]].speed * self.crease_scale(sector, end));
             for i in 1..STEPS {
                 let s = i as f64 / STEPS as f64;
@@ -303,7 +308,7 @@ impl Layout {
     }
 
     /// Distance of the crease's point from the axis of a sector's strut, over w2, at the start (0) or end (1) of the crease: 1 where
-    /// cells are uniform.
+    /// columns do not turn.
     pub fn crease_scale(&self, sector: &Sector, end: usize) -> f64 {
         self.radials[sector.radials[end]].scale * self.creases[sector.crease].stretch[end]
     }
@@ -320,6 +325,11 @@ impl Layout {
             }
         }
     }
+}
+
+/// Whether columns have to turn: about the two struts of a side the azimuths of its corners differ.
+fn turns(cells: &Cells) -> bool {
+    !cells.uniform || cells.moved
 }
 
 /// Azimuths that part a side where it lies 1, 3, 7, ... below its strut's end plane (heights over the distance from the axis), ends included.

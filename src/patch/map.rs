@@ -31,9 +31,13 @@ pub const MOST_SPEED: f64 = 1.35;
 /// The map must keep at least this part of its mean descent everywhere.
 const LEAST_DESCENT: f64 = 0.1;
 
+/// Misses of the corners below this are round-off, node units.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Degree of Y in s, and in v: where columns keep their azimuth, and where they turn.
 pub const DEGREE: usize = 3;
 pub const COLUMN_DEGREE: usize = 4;
+pub const TURNED_DEGREE: usize = 4;
 pub const TURNED_COLUMN_DEGREE: usize = 6;
 
 /// The direction map of one sector.
@@ -48,9 +52,12 @@ pub struct SectorMap<'a> {
     frame: [DVec3; 3],
     /// How far the natural crease misses the corners: round-off, unless corners were joined.
     misses: [DVec3; 2],
+    /// Slopes by t of what moves the crease onto them, where cells are not uniform: with them m - t m' is 0 at both ends.
+    leans: [DVec3; 2],
     /// Speed across the crease at both ends, times the crease's scale there.
     speeds: [f64; 2],
-    /// Set where cells are not uniform.
+    /// Columns turn: `turned` is set once the crease is known.
+    turns: bool,
     turned: Option<Turned>,
 }
 
@@ -79,18 +86,22 @@ struct Turned {
 struct TurnedEnd {
     /// Slopes of the base profile's coefficients of 1, q, q², q³.
     base: [f64; 4],
-    /// Radial and azimuthal part of E_s, at the rim and at the crease.
+    /// Radial part of E_s at the rim and at the crease, but for `aside`.
     out: [f64; 2],
-    around: [f64; 2],
+    /// Azimuthal part of E_s: Bernstein coefficients.
+    around: [f64; 4],
     /// As `End::shear`, times |E| dφ/ds.
     shear: [f64; 2],
+    /// Slope of `SectorMap::aside`: its radial part.
+    aside: f64,
 }
 
 impl TurnedEnd {
     /// Radial part of E_s at v, and its slope by v.
     fn out(&self, v: f64) -> [f64; 2] {
         let [rim, crease] = self.out;
-        [rim + smooth(v) * (crease - rim), 6.0 * v * (1.0 - v) * (crease - rim)]
+        let q = 1.0 - v;
+        [rim + smooth(v) * (crease - rim) + v * v * q * self.aside, 6.0 * v * q * (crease - rim) + v * (2.0 * q - v) * self.aside]
     }
 }
 
@@ -120,10 +131,13 @@ impl<'a> SectorMap<'a> {
             (1.0 + t * t) * crease.stretch[end] * layout.corners[crease.corners[end]].k - raw_crease(crease, t)[0]
         });
         let f = &crease.frame;
-        let frame = [f.c[s.which], crease.sign * f.e[s.which], crease.sign * f.n];
+        let frame = [f.c[s.which], crease.sign * f.e[s.which], crease.sign * f.n[s.which]];
         let speeds = [0, 1].map(|end| radials[end].speed * layout.crease_scale(s, end));
-        let mut map = SectorMap { crease, which: s.which, ends, cut: radials[0].cut, rim: s.t, frame, misses, speeds, turned: None };
-        if !layout.uniform {
+        // m_e / t_e; a miss of round-off has no direction
+        let leans = [0, 1].map(|end| if misses[end].length() < ROUND_OFF { DVec3::ZERO } else { misses[end] / crease.t[end] });
+        let mut map =
+            SectorMap { crease, which: s.which, ends, cut: radials[0].cut, rim: s.t, frame, misses, leans, speeds, turns: layout.turned, turned: None };
+        if layout.turned {
             map.turned = Some(map.turn([0, 1].map(|end| layout.crease_scale(s, end))));
         }
         map
@@ -152,10 +166,15 @@ impl<'a> SectorMap<'a> {
             let h = self.crease(k as f64)[1].dot(self.frame[0]) * dt;
             let by_s = |x: [f64; 2]| w2_by_s * x[k] + w2 * (x[1] - x[0]);
             let (l, bend) = (by_s(speeds), by_s(bends));
-            let base = [h, l, 0.5 * bend, length_slope * self.cut - h - l - 0.5 * bend];
+            let aside = self.aside_slope(k);
+            let up = aside.dot(self.frame[0]);
+            let [aside_out, aside_around] = turn(DVec2::new(aside.dot(self.frame[1]), aside.dot(self.frame[2])));
+            let base = [h, l + up, 0.5 * bend - 2.0 * up, length_slope * self.cut - h - l - 0.5 * bend + up];
             let c = (out * radial.h - h) / radial.speed;
-            let c_by_v = (l - out * radial.speed + c * radial.bend) / radial.speed;
-            TurnedEnd { base, out: [out_rim, out], around: [around_rim, around], shear: [c, c - c_by_v] }
+            let c_by_v = (l + up - aside_out * radial.h - out * radial.speed + c * radial.bend) / radial.speed;
+            // v² (1 - v) is a third of the third Bernstein polynomial of degree 3
+            let around = [around_rim, around_rim, around + aside_around / 3.0, around];
+            TurnedEnd { base, out: [out_rim, out], around, shear: [c, c - c_by_v], aside: aside_out }
         });
         Turned { rim, length, ends }
     }
@@ -245,9 +264,10 @@ impl<'a> SectorMap<'a> {
             }
             Some(turned) => {
                 let e = &turned.ends[end];
-                let step = |[rim, crease]: [f64; 2]| vec![rim, rim, crease, crease];
+                let [rim, crease] = e.out;
                 let [c0, c1, c2] = shear(e.shear);
-                [step(e.out), vec![c0, 0.5 * (c0 + c1), (c0 + 4.0 * c1 + c2) / 6.0, 0.5 * (c1 + c2), c2], step(e.around)]
+                let out = vec![rim, rim, crease + e.aside / 3.0, crease];
+                [out, vec![c0, 0.5 * (c0 + c1), (c0 + 4.0 * c1 + c2) / 6.0, 0.5 * (c1 + c2), c2], e.around.to_vec()]
             }
         }
     }
@@ -263,8 +283,9 @@ impl<'a> SectorMap<'a> {
             let bends = [0, 1].map(|k| self.ends[k].radial.bend / self.ends[k].radial.speed * self.speeds[k]);
             let bend = w2 * ((1.0 - s) * bends[0] + s * bends[1]);
             let rest = quadratic(turned.length, s)[0] * self.cut - h - l - 0.5 * bend;
-            let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3);
-            let mut by_q = l + bend * q + 3.0 * rest * q * q;
+            let up = self.aside(s).dot(self.frame[0]);
+            let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3) + up * v * v * q;
+            let mut by_q = l + bend * q + 3.0 * rest * q * q + up * v * (v - 2.0 * q);
             for ((end, turned), hermite) in self.ends.iter().zip(&turned.ends).zip(hermite) {
                 let [height, fall, fall_by_q] = end.radial.height(q);
                 let ([out, out_by_v], [a, b], base) = (turned.out(v), turned.shear, turned.base);
@@ -300,9 +321,38 @@ impl<'a> SectorMap<'a> {
     /// The crease ŷ(t) = Y(t, 1), and its first two derivatives by t. Ends are moved onto the corners where corners were joined.
     pub fn crease(&self, s: f64) -> [DVec3; 3] {
         let raw = raw_crease(self.crease, self.crease_t(s));
+        let moved = self.moved(s);
+        [0, 1, 2].map(|k| raw[k] + moved[k])
+    }
+
+    /// What moves the crease, m(t), and its first two derivatives by t: linear where cells are uniform, else cubic.
+    fn moved(&self, s: f64) -> [DVec3; 3] {
         let [a, b] = self.misses;
-        let [t0, t1] = self.crease.t;
-        [raw[0] + (1.0 - s) * a + s * b, raw[1] + (b - a) / (t1 - t0), raw[2]]
+        let dt = self.dt();
+        if !self.turns {
+            return [(1.0 - s) * a + s * b, (b - a) / dt, DVec3::ZERO];
+        }
+        let [c, d] = self.leans.map(|lean| lean * dt);
+        let (square, cube) = (3.0 * (b - a) - 2.0 * c - d, 2.0 * (a - b) + c + d);
+        [a + s * (c + s * (square + s * cube)), (c + s * (2.0 * square + 3.0 * s * cube)) / dt, (2.0 * square + 6.0 * s * cube) / (dt * dt)]
+    }
+
+    /// What is added to -Y_v at the crease besides w2 l c where the crease was moved, l z with z = ½ λ σ sin θ (m - t m'): then
+    /// Y_v of both sides together lies in the plane of ŷ and ŷ_t again, as if the crease lay on the bisector plane.
+    fn aside(&self, s: f64) -> DVec3 {
+        let [m, m_by_t, _] = self.moved(s);
+        self.aside_scale() * self.speed(s) * (m - self.crease_t(s) * m_by_t)
+    }
+
+    /// Its slope by s at an end, where it is 0.
+    fn aside_slope(&self, end: usize) -> DVec3 {
+        let [.., m_by_tt] = self.moved(end as f64);
+        -self.aside_scale() * self.speeds[end] * self.dt() * self.crease.t[end] * m_by_tt
+    }
+
+    fn aside_scale(&self) -> f64 {
+        let f = &self.crease.frame;
+        0.5 * f.wide[self.which] * self.crease.sign * f.theta.sin()
     }
 
     /// E of the crease in (e, n), and its slope by s.
@@ -312,13 +362,14 @@ impl<'a> SectorMap<'a> {
         [y, y_by_t * self.dt()].map(|y| DVec2::new(y.dot(e), y.dot(n)))
     }
 
-    /// The direction at (s, v): a polynomial of degree 3 in s, and 4 in v (6 where cells are not uniform).
+    /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v; where columns turn 4 in s and 6 in v.
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
         let [c, e, n] = self.frame;
         if let Some(turned) = &self.turned {
             let rim = quadratic(turned.rim, s)[0];
             let around = rim + smooth(v) * (self.around_crease(s)[0] - rim);
-            return self.profile(s, v).0 * c + around.x * e + around.y * n;
+            let aside = self.aside(s) * v * v * (1.0 - v);
+            return self.profile(s, v).0 * c + (around.x + aside.dot(e)) * e + (around.y + aside.dot(n)) * n;
         }
         let t = self.t(s);
         let natural = |v: f64| self.profile(s, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
@@ -328,11 +379,17 @@ impl<'a> SectorMap<'a> {
     /// det(Y, Y_v, Y_s) of turned columns, and det(E, E_s), what it is per unit of descent where columns keep their azimuth.
     fn turned_area(&self, turned: &Turned, s: f64, v: f64) -> [f64; 2] {
         const STEP: f64 = 1e-5; // Y_s by differences: only weights and an inequality depend on it
-        let [rim, rim_by_s] = quadratic(turned.rim, s);
-        let [crease, crease_by_s] = self.around_crease(s);
-        let e = rim + smooth(v) * (crease - rim);
-        let e_by_s = rim_by_s + smooth(v) * (crease_by_s - rim_by_s);
-        let e_by_v = 6.0 * v * (1.0 - v) * (crease - rim);
+        let [out, around] = [self.frame[1], self.frame[2]];
+        // what E is made of: the rim, the way from there to the crease, and what is added where the crease was moved
+        let parts = |s: f64| {
+            let (rim, aside) = (quadratic(turned.rim, s)[0], self.aside(s));
+            [rim, self.around_crease(s)[0] - rim, DVec2::new(aside.dot(out), aside.dot(around))]
+        };
+        let at = |[rim, way, aside]: [DVec2; 3]| rim + smooth(v) * way + v * v * (1.0 - v) * aside;
+        let here = parts(s);
+        let e = at(here);
+        let e_by_v = 6.0 * v * (1.0 - v) * here[1] + v * (2.0 - 3.0 * v) * here[2];
+        let e_by_s = (at(parts(s + STEP)) - at(parts(s - STEP))) / (2.0 * STEP);
         let (h, h_by_q) = self.profile(s, v);
         let h_by_s = (self.profile(s + STEP, v).0 - self.profile(s - STEP, v).0) / (2.0 * STEP);
         let plain = e.perp_dot(e_by_s);
@@ -384,7 +441,7 @@ where
 fn raw_crease(crease: &Crease, t: f64) -> [DVec3; 3] {
     let f = &crease.frame;
     let m = crease.sign * f.wide[0] * (f.height[0] * f.c[0] + f.e[0]);
-    let n = crease.sign * 2.0 * f.n;
+    let n = crease.sign * 2.0 * f.n[0];
     [(1.0 - t * t) * m + t * n, -2.0 * t * m + n, -2.0 * m]
 }
 

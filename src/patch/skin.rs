@@ -14,6 +14,18 @@ use std::sync::Arc;
 /// 135; of those it finds valid, two reach 50 and all others stay below 24.
 const MOST_STEP: f64 = 25.0;
 
+/// How unevenly the weights of a fit run: the largest factor by which a weight is off the geometric mean of its two neighbours in a row or column, squared.
+pub fn bend(tables: &Tables, fit: &Fit) -> f64 {
+    let n = tables.q + 1;
+    let of_sector = |w: &Vec<f64>| {
+        let logs: Vec<f64> = w.iter().map(|w| w.ln()).collect();
+        let across = |k: usize| if k % n + 2 < n { logs[k] - 2.0 * logs[k + 1] + logs[k + 2] } else { 0.0 };
+        let along = |k: usize| if k + 2 * n < logs.len() { logs[k] - 2.0 * logs[k + n] + logs[k + 2 * n] } else { 0.0 };
+        (0..logs.len()).map(|k| across(k).abs().max(along(k).abs())).fold(0.0, f64::max)
+    };
+    fit.sectors.iter().map(of_sector).fold(0.0, f64::max).exp()
+}
+
 /// Build the skin. Border rows are computed once per edge and copied into both patches, so that shared points are equal
 /// to the bit. Fails where a weight is not positive, or far from its neighbour's.
 pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String> {

@@ -3,7 +3,7 @@
 
 use super::text::{push_integer, push_list, push_real, push_ref, round};
 use crate::brep::topology::connected_order;
-use crate::brep::{Circle, Curve, RimMap, Solid, SplineSurface, Surface};
+use crate::brep::{Borders, Circle, Curve, Edge, Face, Part, RimMap, Solid, SplineCurve, SplineSurface, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::io::{self, Write};
@@ -13,7 +13,7 @@ use std::io::{self, Write};
 const PER_RIMS: u64 = 11;
 /// Entities of a meridian: axis, x, centre, placement, circle.
 const PER_MERIDIAN: u64 = 5;
-/// Items formatted by one task, and tasks in flight: some 10 MB of text at a time.
+/// Items formatted by one task (struts, or as many nodes as have about so many faces), and tasks in flight: some 10 MB of text at a time.
 const CHUNK: usize = 128;
 const TASKS: usize = 32;
 
@@ -25,10 +25,10 @@ pub struct Numbers {
     meridians: u64,
     /// Number of each EDGE_CURVE; its geometry is numbered just before it.
     edges: Vec<u64>,
-    /// The face and the place in its `rim` that map each edge, for rim arcs on patches.
-    maps: Vec<Option<(u32, u8)>>,
     /// Number of each ADVANCED_FACE; its loop and surface are numbered just before it.
     faces: Vec<u64>,
+    /// The faces in connected order.
+    order: Vec<u32>,
     pub shell: u64,
     pub brep: u64,
     pub styled: u64,
@@ -37,10 +37,9 @@ pub struct Numbers {
 impl Numbers {
     /// Numbers for a solid whose first entity is `first`; the next free number is `styled + 1`.
     pub fn new(solid: &Solid, first: u64) -> Self {
-        let shell = solid.shell();
         let points = first;
-        let vertices = points + solid.points.len() as u64;
-        let circles = vertices + shell.vertices.len() as u64;
+        let vertices = points + solid.point_count() as u64;
+        let circles = vertices + solid.vertex_count() as u64;
         let struts = solid.struts.len() as u64;
         let meridians = circles + PER_RIMS * struts;
         let mut next = meridians + PER_MERIDIAN * (solid.circles.len() as u64 - 2 * struts);
@@ -48,16 +47,25 @@ impl Numbers {
             next += count;
             next - 1
         };
-        let maps = rim_maps(solid);
-        let edge_size = |(e, curve): (usize, &Curve)| match curve {
-            Curve::Line => 4,
-            Curve::Arc(_) => 1 + maps[e].map_or(0, |m| rim_map(solid, m).us.len() as u64 + 4),
-            Curve::Spline(_) => 2,
+        let mut sizes: Vec<u64> = Vec::with_capacity(solid.edge_count());
+        let mut face_sizes: Vec<u64> = (0..solid.struts.len()).map(|k| face_size(solid, &solid.strut_face(k))).collect();
+        let look = |n: usize, part: &Part| {
+            let maps = maps(solid, n, part);
+            let edges: Vec<u64> = part.edges.iter().zip(&maps).map(|(edge, map)| edge_size(&edge.curve, map.as_ref())).collect();
+            let faces: Vec<u64> = part.faces.iter().map(|face| face_size(solid, face)).collect();
+            (edges, faces)
         };
-        let edges = shell.edges.iter().map(|e| &e.curve).enumerate().map(|e| take(edge_size(e))).collect();
-        let faces = shell.faces.iter().map(|f| take(f.boundaries[0].len() as u64 + 3 + surface_size(solid, &f.surface))).collect();
+        let borders = Borders::with(solid, look, |(edges, faces)| {
+            sizes.extend(edges);
+            face_sizes.extend(faces);
+        });
+        let order = connected_order(&borders);
+        drop(borders);
+        sizes.extend((0..solid.struts.len()).flat_map(|k| solid.strut_edges(k)).chain(solid.meridians()).map(|edge| edge_size(&edge.curve, None)));
+        let edges = sizes.into_iter().map(&mut take).collect();
+        let faces = face_sizes.into_iter().map(&mut take).collect();
         let (shell, brep, styled) = (take(1), take(1), take(1));
-        Numbers { points, vertices, circles, meridians, edges, maps, faces, shell, brep, styled }
+        Numbers { points, vertices, circles, meridians, edges, faces, order, shell, brep, styled }
     }
 
     fn point(&self, index: u32) -> u64 {
@@ -93,21 +101,33 @@ impl Numbers {
     }
 }
 
-/// For each edge the patch that maps it, and the place in that patch's `rim`.
-fn rim_maps(solid: &Solid) -> Vec<Option<(u32, u8)>> {
-    let mut out = vec![None; solid.shell().edges.len()];
-    for (f, face) in solid.faces().iter().enumerate() {
+/// How an edge runs on a patch: the map, v there, and the face's number.
+type Mapped<'a> = (&'a RimMap, f64, usize);
+
+/// For each edge of a node's part the patch that maps it.
+fn maps<'a>(solid: &'a Solid, n: usize, part: &Part) -> Vec<Option<Mapped<'a>>> {
+    let mut out = vec![None; part.edges.len()];
+    for (f, face) in part.faces.iter().enumerate() {
         let Surface::Spline(s) = &face.surface else { continue };
-        for (k, e) in face.boundaries[0].iter().take(s.rim.len()).enumerate() {
-            out[e.index] = Some((f as u32, k as u8));
+        for ((_, edge), map) in part.arcs(face).zip(solid.rim_maps(n, s)) {
+            out[(edge - part.first_edge()) as usize] = Some((map, s.knots[1][0], part.first_face() as usize + f));
         }
     }
     out
 }
 
-fn rim_map(solid: &Solid, (face, k): (u32, u8)) -> &RimMap {
-    let Surface::Spline(s) = &solid.faces()[face as usize].surface else { unreachable!("only patches map rims") };
-    &s.rim[k as usize]
+/// Entities of an edge.
+fn edge_size(curve: &Curve, map: Option<&Mapped>) -> u64 {
+    match curve {
+        Curve::Line => 4,
+        Curve::Arc(_) => 1 + map.map_or(0, |(map, ..)| map.us.len() as u64 + 4),
+        Curve::Spline(_) => 2,
+    }
+}
+
+/// Entities of a face, with its loop and surface.
+fn face_size(solid: &Solid, face: &Face) -> u64 {
+    face.boundary.len() as u64 + 3 + surface_size(solid, &face.surface)
 }
 
 /// Entities of a face's surface.
@@ -120,31 +140,77 @@ fn surface_size(solid: &Solid, surface: &Surface) -> u64 {
 }
 
 /// Write all entities of a solid but its style. `name` is quoted already.
-pub fn write_solid(out: &mut impl Write, solid: &Solid, name: &str, ids: &Numbers, decimals: Option<u32>) -> io::Result<()> {
-    let shell = solid.shell();
-    emit(out, solid.points.len(), |i, t| point(t, ids.point(i as u32), solid.points[i], decimals))?;
-    emit(out, shell.vertices.len(), |i, t| {
+pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids: &Numbers, decimals: Option<u32>) -> io::Result<()> {
+    let (nodes, struts) = (solid.nodes.len(), solid.struts.len());
+    let per_node = (CHUNK * nodes / (solid.face_count() + 1)).max(1);
+    let all = |t: &mut Vec<u8>, first: u32, points: &[DVec3]| {
+        for (i, &p) in (first..).zip(points) {
+            point(t, ids.point(i), p, decimals);
+        }
+    };
+    let of_kind = |kind: usize| {
+        move |n: usize, t: &mut Vec<u8>| {
+            let (first, points) = solid.points(n, kind);
+            all(t, first, &points);
+        }
+    };
+    let first_extra = (solid.vertex_count() - solid.extra.len()) as u32;
+    emit(out, nodes, per_node, of_kind(0))?;
+    emit(out, solid.extra.len(), CHUNK, |i, t| all(t, first_extra + i as u32, &solid.extra[i..=i]))?;
+    emit(out, nodes, per_node, of_kind(1))?;
+    emit(out, nodes, per_node, of_kind(2))?;
+    emit(out, solid.vertex_count(), CHUNK, |i, t| {
         entity(t, ids.vertex(i), "VERTEX_POINT('',");
         push_ref(t, ids.point(i as u32));
         end(t);
     })?;
-    emit(out, solid.struts.len(), |k, t| rims(t, solid, k, ids))?;
-    let first = 2 * solid.struts.len();
-    emit(out, solid.circles.len() - first, |k, t| {
-        meridian(t, ids.meridians + PER_MERIDIAN * k as u64, &solid.circles[first + k]);
+    emit(out, struts, CHUNK, |k, t| rims(t, solid, k, ids))?;
+    emit(out, solid.circles.len() - 2 * struts, CHUNK, |k, t| {
+        meridian(t, ids.meridians + PER_MERIDIAN * k as u64, &solid.circles[2 * struts + k]);
     })?;
-    emit(out, shell.edges.len(), |e, t| edge(t, solid, e, ids))?;
-    emit(out, shell.faces.len(), |f, t| face(t, solid, f, ids))?;
+    emit(out, nodes, per_node, |n, t| {
+        let part = solid.part(n);
+        let maps = maps(solid, n, &part);
+        for (e, map) in (part.first_edge()..).zip(maps) {
+            match &part.edge(e).curve {
+                Curve::Spline(s) => {
+                    spline_curve(t, &part, s, ids.edges[e as usize] - 1, ids);
+                    edge_curve(t, e, part.edge(e), ids.edges[e as usize] - 1, ids);
+                }
+                _ => circle_edge(t, solid, e, part.edge(e), map, ids),
+            }
+        }
+    })?;
+    emit(out, struts, CHUNK, |k, t| {
+        for (e, edge) in (solid.first_strut_edge(k)..).zip(solid.strut_edges(k)) {
+            match edge.curve {
+                Curve::Line => seam(t, e, &edge, solid.seam_ends(k), ids),
+                _ => circle_edge(t, solid, e, &edge, None, ids),
+            }
+        }
+    })?;
+    let mut t = vec![];
+    for (e, edge) in (solid.first_strut_edge(struts)..).zip(solid.meridians()) {
+        circle_edge(&mut t, solid, e, &edge, None, ids);
+    }
+    out.write_all(&t)?;
+    emit(out, struts, CHUNK, |k, t| face(t, solid, k, &solid.strut_face(k), None, ids))?;
+    emit(out, nodes, per_node, |n, t| {
+        let part = solid.part(n);
+        for (f, one) in (part.first_face() as usize..).zip(&part.faces) {
+            face(t, solid, f, one, Some(&part), ids);
+        }
+    })?;
     let mut t = vec![];
     entity(&mut t, ids.shell, "CLOSED_SHELL('',");
     // Connected order: OCC 7.6 looks through all faces before the next one that touches those it
     // has, so any other order costs it the square of the number of faces.
-    push_list(&mut t, connected_order(solid).into_iter().enumerate(), |t, (k, face)| {
+    push_list(&mut t, ids.order.iter().enumerate(), |t, (k, &face)| {
         // A line for every few references: some readers choke on very long lines.
         if k % 16 == 15 {
             t.push(b'\n');
         }
-        push_ref(t, ids.faces[face]);
+        push_ref(t, ids.faces[face as usize]);
     });
     end(&mut t);
     entity(&mut t, ids.brep, &format!("MANIFOLD_SOLID_BREP({name},#{}", ids.shell));
@@ -152,26 +218,27 @@ pub fn write_solid(out: &mut impl Write, solid: &Solid, name: &str, ids: &Number
     out.write_all(&t)
 }
 
-/// Format `count` items in parallel, write them in order.
-fn emit(out: &mut impl Write, count: usize, item: impl Fn(usize, &mut Vec<u8>) + Sync) -> io::Result<()> {
-    for batch in (0..count).step_by(CHUNK * TASKS) {
-        let stop = count.min(batch + CHUNK * TASKS);
-        let chunks: Vec<Vec<u8>> = (batch..stop)
-            .into_par_iter()
-            .step_by(CHUNK)
-            .map(|from| {
-                let mut text = vec![];
-                for i in from..stop.min(from + CHUNK) {
-                    item(i, &mut text);
-                }
-                text
-            })
-            .collect();
-        for chunk in chunks {
-            out.write_all(&chunk)?;
-        }
+/// Format `count` items in parallel, `chunk` of them by one task, and write them in order, while the next ones are formatted.
+fn emit(out: &mut (impl Write + Send), count: usize, chunk: usize, item: impl Fn(usize, &mut Vec<u8>) + Sync) -> io::Result<()> {
+    let mut ready: Vec<Vec<u8>> = vec![];
+    for batch in (0..count).step_by(chunk * TASKS) {
+        let stop = count.min(batch + chunk * TASKS);
+        let format = |from: usize| {
+            let mut text = vec![];
+            for i in from..stop.min(from + chunk) {
+                item(i, &mut text);
+            }
+            text
+        };
+        let (written, next) = rayon::join(|| write_all(out, &ready), || (batch..stop).into_par_iter().step_by(chunk).map(format).collect());
+        written?;
+        ready = next;
     }
-    Ok(())
+    write_all(out, &ready)
+}
+
+fn write_all(out: &mut impl Write, texts: &[Vec<u8>]) -> io::Result<()> {
+    texts.iter().try_for_each(|text| out.write_all(text))
 }
 
 /// `#id=START`
@@ -254,62 +321,64 @@ fn meridian(t: &mut Vec<u8>, first: u64, c: &Circle) {
     round_thing(t, first + 4, "CIRCLE", first + 3, c.radius);
 }
 
-fn edge(t: &mut Vec<u8>, solid: &Solid, e: usize, ids: &Numbers) {
-    let edge = &solid.shell().edges[e];
-    let id = ids.edges[e];
-    let (front, back) = edge.vertices;
-    let curve = match &edge.curve {
-        Curve::Line => {
-            let d = (solid.points[back] - solid.points[front]).normalize();
-            direction(t, id - 3, d);
-            entity(t, id - 2, "VECTOR(''");
-            also(t, id - 3);
-            text(t, ",1.");
-            end(t);
-            entity(t, id - 1, "LINE(''");
-            also(t, ids.point(front as u32));
-            also(t, id - 2);
-            end(t);
-            id - 1
-        }
-        Curve::Arc(circle) => {
-            let circle = ids.circle(*circle, 2 * solid.struts.len());
-            match ids.maps[e] {
-                Some(map) => surface_curve(t, solid, map, circle, id - 1, ids),
-                None => circle,
-            }
-        }
-        Curve::Spline(s) => {
-            let rational = is_rational(&s.weights);
-            entity(t, id - 1, if rational { "(BOUNDED_CURVE()B_SPLINE_CURVE(" } else { "B_SPLINE_CURVE_WITH_KNOTS(''," });
-            push_integer(t, s.degree as u64);
-            t.push(b',');
-            push_list(t, &s.points, |t, &i| push_ref(t, ids.point(i)));
-            text(t, ",.UNSPECIFIED.,.F.,.F.");
-            text(t, if rational { ")B_SPLINE_CURVE_WITH_KNOTS(" } else { "," });
-            knots(t, &[&s.knots]);
-            if rational {
-                text(t, ")CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE(");
-                push_list(t, &s.weights, |t, &w| push_real(t, w));
-                text(t, ")REPRESENTATION_ITEM('')");
-            }
-            end(t);
-            id - 1
-        }
-    };
-    entity(t, id, "EDGE_CURVE(''");
-    [ids.vertex(front), ids.vertex(back), curve].into_iter().for_each(|part| also(t, part));
+/// The EDGE_CURVE of edge `e` on the curve entity.
+fn edge_curve(t: &mut Vec<u8>, e: u32, edge: &Edge, curve: u64, ids: &Numbers) {
+    entity(t, ids.edges[e as usize], "EDGE_CURVE(''");
+    let [front, back] = edge.vertices.map(|v| ids.vertex(v as usize));
+    [front, back, curve].into_iter().for_each(|part| also(t, part));
     text(t, ",.T.");
     end(t);
 }
 
+/// The seam of a strut.
+fn seam(t: &mut Vec<u8>, e: u32, edge: &Edge, [front, back]: [DVec3; 2], ids: &Numbers) {
+    let id = ids.edges[e as usize];
+    direction(t, id - 3, (back - front).normalize());
+    entity(t, id - 2, "VECTOR(''");
+    also(t, id - 3);
+    text(t, ",1.");
+    end(t);
+    entity(t, id - 1, "LINE(''");
+    also(t, ids.point(edge.vertices[0]));
+    also(t, id - 2);
+    end(t);
+    edge_curve(t, e, edge, id - 1, ids);
+}
+
+/// An arc, or a whole circle.
+fn circle_edge(t: &mut Vec<u8>, solid: &Solid, e: u32, edge: &Edge, map: Option<Mapped>, ids: &Numbers) {
+    let Curve::Arc(circle) = edge.curve else { unreachable!("rims and meridians are circles") };
+    let circle = ids.circle(circle, 2 * solid.struts.len());
+    let curve = match map {
+        Some(map) => surface_curve(t, map, circle, ids.edges[e as usize] - 1, ids),
+        None => circle,
+    };
+    edge_curve(t, e, edge, curve, ids);
+}
+
+fn spline_curve(t: &mut Vec<u8>, part: &Part, s: &SplineCurve, id: u64, ids: &Numbers) {
+    let rational = is_rational(&s.weights);
+    entity(t, id, if rational { "(BOUNDED_CURVE()B_SPLINE_CURVE(" } else { "B_SPLINE_CURVE_WITH_KNOTS(''," });
+    push_integer(t, s.degree as u64);
+    t.push(b',');
+    push_list(t, &s.points, |t, &i| push_ref(t, ids.point(part.number(i))));
+    text(t, ",.UNSPECIFIED.,.F.,.F.");
+    text(t, if rational { ")B_SPLINE_CURVE_WITH_KNOTS(" } else { "," });
+    knots(t, &[&s.knots]);
+    if rational {
+        text(t, ")CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE(");
+        push_list(t, &s.weights, |t, &w| push_real(t, w));
+        text(t, ")REPRESENTATION_ITEM('')");
+    }
+    end(t);
+}
+
 /// The SURFACE_CURVE number `id` of an arc: its circle, and its p-curve on the patch.
-fn surface_curve(t: &mut Vec<u8>, solid: &Solid, at: (u32, u8), circle: u64, id: u64, ids: &Numbers) -> u64 {
-    let map = rim_map(solid, at);
+fn surface_curve(t: &mut Vec<u8>, (map, v, face): Mapped, circle: u64, id: u64, ids: &Numbers) -> u64 {
     let first = id - 3 - map.us.len() as u64;
     for (k, &u) in map.us.iter().enumerate() {
         entity(t, first + k as u64, "CARTESIAN_POINT('',");
-        push_list(t, [u, map.v], push_real);
+        push_list(t, [u, v], push_real);
         end(t);
     }
     entity(t, id - 3, "B_SPLINE_CURVE_WITH_KNOTS('',");
@@ -317,11 +386,11 @@ fn surface_curve(t: &mut Vec<u8>, solid: &Solid, at: (u32, u8), circle: u64, id:
     t.push(b',');
     push_list(t, first..id - 3, push_ref);
     text(t, ",.UNSPECIFIED.,.F.,.F.,");
-    knots(t, &[&map.knots]);
+    knots(t, &[&map.knots()]);
     end(t);
     entity(t, id - 2, &format!("DEFINITIONAL_REPRESENTATION('',(#{}),#29", id - 3));
     end(t);
-    entity(t, id - 1, &format!("PCURVE('',#{},#{}", ids.faces[at.0 as usize] - 1, id - 2));
+    entity(t, id - 1, &format!("PCURVE('',#{},#{}", ids.faces[face] - 1, id - 2));
     end(t);
     entity(t, id, &format!("SURFACE_CURVE('',#{circle},(#{}),.CURVE_3D.", id - 1));
     end(t);
@@ -348,15 +417,15 @@ fn knots(t: &mut Vec<u8>, all: &[&[f64]]) {
     text(t, ".UNSPECIFIED.");
 }
 
-fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, ids: &Numbers) {
-    let face = &solid.shell().faces[f];
-    let boundary = &face.boundaries[0];
+/// Face number `f`; `part` is its node's, if it is a node's.
+fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, part: Option<&Part>, ids: &Numbers) {
+    let boundary = &face.boundary;
     let id = ids.faces[f];
-    let first = id + 1 - (boundary.len() as u64 + 3 + surface_size(solid, &face.surface));
+    let first = id + 1 - face_size(solid, face);
     for (k, e) in boundary.iter().enumerate() {
         entity(t, first + k as u64, "ORIENTED_EDGE('',*,*");
-        also(t, ids.edges[e.index]);
-        text(t, if e.orientation { ",.T." } else { ",.F." });
+        also(t, ids.edges[e.edge as usize]);
+        text(t, if e.forward { ",.T." } else { ",.F." });
         end(t);
     }
     let wire = first + boundary.len() as u64;
@@ -367,8 +436,11 @@ fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, ids: &Numbers) {
     also(t, wire);
     text(t, ",.T.");
     end(t);
-    surface(t, solid, &face.surface, wire + 2, ids);
-    entity(t, id, &format!("ADVANCED_FACE('{}',(#{}),#{},.T.", solid.labels[f], wire + 1, id - 1));
+    match (&face.surface, part) {
+        (Surface::Spline(s), Some(part)) => spline_surface(t, part, s, wire + 2, ids),
+        _ => surface(t, solid, &face.surface, wire + 2, ids),
+    }
+    entity(t, id, &format!("ADVANCED_FACE('{}',(#{}),#{},.T.", face.label, wire + 1, id - 1));
     end(t);
 }
 
@@ -415,11 +487,11 @@ fn surface(t: &mut Vec<u8>, solid: &Solid, surface: &Surface, first: u64, ids: &
             let (placement, id) = oriented(t, *circle, *flipped);
             round_thing(t, id, "SPHERICAL_SURFACE", placement, solid.circles[*circle].radius);
         }
-        Surface::Spline(s) => spline_surface(t, s, first, ids),
+        Surface::Spline(_) => unreachable!("patches are a node's"),
     }
 }
 
-fn spline_surface(t: &mut Vec<u8>, s: &SplineSurface, id: u64, ids: &Numbers) {
+fn spline_surface(t: &mut Vec<u8>, part: &Part, s: &SplineSurface, id: u64, ids: &Numbers) {
     let rational = is_rational(&s.weights);
     let columns = s.knots[1].len() - s.degree[1] - 1;
     entity(t, id, if rational { "(BOUNDED_SURFACE()B_SPLINE_SURFACE(" } else { "B_SPLINE_SURFACE_WITH_KNOTS(''," });
@@ -427,7 +499,7 @@ fn spline_surface(t: &mut Vec<u8>, s: &SplineSurface, id: u64, ids: &Numbers) {
         push_integer(t, d as u64);
         t.push(b',');
     }
-    push_list(t, s.points.chunks(columns), |t, row| push_list(t, row, |t, &i| push_ref(t, ids.point(i))));
+    push_list(t, s.points.chunks(columns), |t, row| push_list(t, row, |t, &i| push_ref(t, ids.point(part.number(i)))));
     text(t, ",.UNSPECIFIED.,.F.,.F.,.F.");
     text(t, if rational { ")B_SPLINE_SURFACE_WITH_KNOTS(" } else { "," });
     knots(t, &[&s.knots[0], &s.knots[1]]);

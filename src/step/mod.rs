@@ -4,6 +4,7 @@
 //! Promised: bytes depend on the model and the options alone; strings are plain ASCII; numbers
 //! read back to the same bits (unless rounding is asked for).
 
+pub mod compressed;
 pub mod geometry;
 pub mod options;
 pub mod readback;
@@ -13,4 +14,4 @@ pub mod write;
 
 pub use options::{Schema, StepOptions, TimeStamp};
 pub use readback::{ReadBack, ReadBackError, SolidCounts, Validation, read_back};
-pub use write::{Facts, StepError, Written, write};
+pub use write::{Facts, StepError, Written, write, write_assembly};

@@ -3,8 +3,8 @@
 use super::geometry::{Numbers, write_solid};
 use super::options::{Schema, StepOptions, TimeStamp};
 use super::template::fill;
-use super::text::{real, string};
-use crate::brep::{Measure, Model};
+use super::text::{push_list, push_real, real, string};
+use crate::brep::{Instance, Measure, Model};
 use std::io::{self, Write};
 
 /// Entities of the solids start here; the templates use the numbers below.
@@ -43,34 +43,90 @@ pub enum StepError {
     NoProductName,
     #[error("colour {0:?}: wanted three numbers from 0 to 1")]
     Colour([f64; 3]),
+    #[error("AP203 edition 1 files hold no assemblies here: each part would need its own approvals")]
+    NoAssembly,
     #[error("cannot write: {0}")]
     Io(#[from] io::Error),
 }
 
 /// Write the model as one part with one solid per component. `out` should be buffered.
-pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl Write) -> Result<Written, StepError> {
+pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
     check(model, facts, options)?;
+    let (numbers, next) = numbers(model);
+    let breps: String = numbers.iter().map(|n| format!(",#{}", n.brep)).collect();
+    out.write_all(preamble("ADVANCED_BREP_SHAPE_REPRESENTATION", &breps, &numbers, facts, options).as_bytes())?;
+    write_solids(&mut out, model, &numbers, "solid", options)?;
+    out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
+    out.flush()?;
+    Ok(Written { last_entity: next - 1 })
+}
+
+/// Write an assembly: each solid of the model is a part of its own, placed where its instances stand.
+pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
+    check(model, facts, options)?;
+    if !has_extras(options.schema) {
+        return Err(StepError::NoAssembly);
+    }
+    let (numbers, units) = numbers(model);
+    let first = units + PER_UNIT * model.solids.len() as u64;
+    // a line for every few, as in shells
+    let placement = |k: u64| format!("{},#{}", if k % 16 == 15 { "\n" } else { "" }, first + PER_INSTANCE * k + 1);
+    let placements: String = (0..instances.len() as u64).map(placement).collect();
+    out.write_all(preamble("SHAPE_REPRESENTATION", &placements, &numbers, facts, options).as_bytes())?;
+    write_solids(&mut out, model, &numbers, "unit", options)?;
+    for (k, ids) in numbers.iter().enumerate() {
+        let (name, brep) = (format!("'unit_{}'", k + 1), ids.brep.to_string());
+        let text = include_str!("../../step_templates/assembly_unit.txt");
+        out.write_all(numbered(text, units + PER_UNIT * k as u64, PER_UNIT, &[("name", &name), ("brep", &brep)]).as_bytes())?;
+    }
+    for (k, instance) in instances.iter().enumerate() {
+        let mut at = vec![];
+        push_list(&mut at, instance.at.to_array(), push_real);
+        let at = String::from_utf8(at).expect("reals are ASCII");
+        let unit = units + PER_UNIT * instance.unit as u64;
+        let (number, name) = ((k + 1).to_string(), format!("node_{}", instance.node.0));
+        let (definition, shape) = ((unit + 3).to_string(), (unit + 6).to_string());
+        let values = [("at", &at[..]), ("number", &number), ("name", &name), ("definition", &definition), ("shape", &shape)];
+        let text = include_str!("../../step_templates/assembly_instance.txt");
+        out.write_all(numbered(text, first + PER_INSTANCE * k as u64, PER_INSTANCE, &values).as_bytes())?;
+    }
+    out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
+    out.flush()?;
+    Ok(Written { last_entity: first + PER_INSTANCE * instances.len() as u64 - 1 })
+}
+
+/// Entities of a unit besides its solid, and of an instance.
+const PER_UNIT: u64 = 7;
+const PER_INSTANCE: u64 = 7;
+
+/// A template whose entities `{1}`, `{2}`, ... are numbered from `first` on.
+fn numbered(template: &str, first: u64, count: u64, values: &[(&str, &str)]) -> String {
+    let numbers: Vec<(String, String)> = (1..=count).map(|k| (k.to_string(), (first + k - 1).to_string())).collect();
+    let all: Vec<(&str, &str)> = numbers.iter().map(|(name, id)| (&name[..], &id[..])).chain(values.iter().copied()).collect();
+    fill(template, &all)
+}
+
+/// The numbers of all solids, and the next free one.
+fn numbers(model: &Model) -> (Vec<Numbers>, u64) {
     let mut next = FIRST;
-    let numbers: Vec<Numbers> = model
-        .solids
-        .iter()
-        .map(|solid| {
-            let ids = Numbers::new(solid, next);
-            next = ids.styled + 1;
-            ids
-        })
-        .collect();
-    out.write_all(preamble(&numbers, facts, options).as_bytes())?;
-    for (k, (solid, ids)) in model.solids.iter().zip(&numbers).enumerate() {
-        let name = format!("'solid_{}'", k + 1);
-        write_solid(&mut out, solid, &name, ids, options.decimals)?;
+    let of_solid = |solid| {
+        let ids = Numbers::new(solid, next);
+        next = ids.styled + 1;
+        ids
+    };
+    let numbers = model.solids.iter().map(of_solid).collect();
+    (numbers, next)
+}
+
+fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers: &[Numbers], noun: &str, options: &StepOptions) -> io::Result<()> {
+    for (k, (solid, ids)) in model.solids.iter().zip(numbers).enumerate() {
+        let name = format!("'{noun}_{}'", k + 1);
+        write_solid(out, solid, &name, ids, options.decimals)?;
         if has_extras(options.schema) {
             writeln!(out, "#{}=STYLED_ITEM('colour',(#22),#{});", ids.styled, ids.brep)?;
         }
     }
-    out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
-    out.flush()?;
-    Ok(Written { last_entity: next - 1 })
+    Ok(())
 }
 
 /// AP203 edition 1 has neither styles nor measure items.
@@ -96,7 +152,8 @@ fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), Step
     }
 }
 
-fn preamble(numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String {
+/// All before the solids; the product's shape is of this kind and holds these items.
+fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String {
     let product = string(&options.product);
     let author = string(&options.author);
     let organization = string(&options.organization);
@@ -137,20 +194,13 @@ fn preamble(numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String
             )
         }
     };
-    let references = |lead: &str, id: &dyn Fn(&Numbers) -> u64| {
-        let list: Vec<_> = numbers.iter().map(|n| format!("#{}", id(n))).collect();
-        if list.is_empty() { String::new() } else { format!("{lead}{}", list.join(",")) }
-    };
-    let solids = references(",", &|n| n.brep);
-    text += &fill(include_str!("../../step_templates/shape.txt"), &[("solids", &solids)]);
+    text += &fill(include_str!("../../step_templates/shape.txt"), &[("kind", kind), ("items", items)]);
     let uncertainty = real(uncertainty(facts.gap_mm));
     text += &fill(include_str!("../../step_templates/context.txt"), &[("uncertainty", &uncertainty)]);
     if has_extras(options.schema) {
         let [red, green, blue] = options.colour.map(real);
-        text += &fill(
-            include_str!("../../step_templates/appearance.txt"),
-            &[("styled", &references("", &|n| n.styled)), ("red", &red), ("green", &green), ("blue", &blue)],
-        );
+        let styled: Vec<String> = numbers.iter().map(|n| format!("#{}", n.styled)).collect();
+        text += &fill(include_str!("../../step_templates/appearance.txt"), &[("styled", &styled.join(",")), ("red", &red), ("green", &green), ("blue", &blue)]);
         let m = &facts.measure;
         text += &fill(
             include_str!("../../step_templates/validation.txt"),

@@ -295,8 +295,14 @@ pub fn assert_topology(name: &str, skin: &Skin) {
                 assert_eq!(ends, skin_edge.ends.map(|k| skin.vertices[k]), "{name}: edge {edge}");
                 for &(patch, side, forward) in users {
                     let surface = &skin.patches[patch].surface;
-                    let n = surface.degree[0] + 1;
-                    let mut row: Vec<usize> = (0..n).map(|k| [k * n, (n - 1) * n + k, (n - 1 - k) * n + n - 1, n - 1 - k][side]).collect();
+                    let [p, q] = surface.degree;
+                    let n = q + 1;
+                    let mut row: Vec<usize> = match side {
+                        0 => (0..=p).map(|k| k * n).collect(),
+                        1 => (0..=q).map(|k| p * n + k).collect(),
+                        2 => (0..=p).map(|k| (p - k) * n + q).collect(),
+                        _ => (0..=q).map(|k| q - k).collect(),
+                    };
                     if !forward {
                         row.reverse();
                     }

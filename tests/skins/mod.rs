@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use lattice_brep::graph::{Graph, Strut};
 use lattice_brep::ids::NodeId;
 use lattice_brep::math::nurbs::{NurbsCurve, NurbsSurface};
-use lattice_brep::patch::{Patch, Rim, Skin, SkinCurve, SkinEdge};
+use lattice_brep::patch::{Patch, Rim, Shelved, Skin, SkinCurve, SkinEdge};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -121,6 +121,6 @@ pub fn tapered_row(origin: DVec3, direction: DVec3, length: f64, radii: &[f64], 
 }
 
 /// As `assemble` takes them.
-pub fn borrowed(skins: &[Option<Skin>]) -> Vec<Option<&Skin>> {
-    skins.iter().map(Option::as_ref).collect()
+pub fn shelved(skins: &[Option<Skin>]) -> Vec<Option<Shelved>> {
+    skins.iter().map(|skin| skin.clone().map(Shelved::from)).collect()
 }

@@ -4,8 +4,10 @@ use super::sets::SETS;
 use crate::cli::output;
 use clap::Args;
 use lattice_brep::error::Error;
-use lattice_brep::evaluate::{Evaluation, Reading, refined};
+use lattice_brep::evaluate::Evaluation;
+use lattice_brep::evaluate::facets::Facets;
 use lattice_brep::node::deviation::Original;
+use lattice_brep::node::{Fairing, Film, Method, Shape};
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -33,18 +35,18 @@ impl LevelsArgs {
         for set in &SETS {
             let axes = &set.kind.nodes(1, 1, None)[0];
             for levels in 0..=MOST {
-                let mut evaluation = Evaluation::new(self.samples);
-                evaluation.levels = levels;
+                let evaluation = Evaluation::new(self.samples);
                 let star = evaluation.star(axes);
                 let (mut film, mut least) = (None, f64::INFINITY);
                 for _ in 0..self.runs {
                     let start = Instant::now();
-                    film = Some(evaluation.film(&star, &Reading::OURS).map_err(Error::Internal)?);
+                    film = Some(Film::build(star.clone(), Method::SoapFilm, Fairing::Ray, levels).map_err(Error::Internal)?.shape);
                     least = least.min(start.elapsed().as_secs_f64());
                 }
-                let mesh = refined(film.as_ref().expect("at least one run"));
-                let deviation = evaluation.mesh(mesh, &Original::new(&star).map_err(Error::Internal)?).deviation;
-                let (facets, ms) = (mesh.triangles.0.len(), 1e3 * least);
+                let Some(Shape::Soap(mesh)) = film else { unreachable!("at least one run, of the soap film") };
+                let mesh = Facets::of_mesh(&mesh);
+                let deviation = evaluation.facets(&mesh, &Original::new(&star).map_err(Error::Internal)?).deviation;
+                let (facets, ms) = (mesh.triangles.len(), 1e3 * least);
                 writeln!(text, "| {} | {levels} | {facets} | {ms:.2} | {:.4} | {:.4} |", set.name, deviation.max, deviation.avg).expect("a string takes all");
             }
         }

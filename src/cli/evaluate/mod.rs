@@ -68,7 +68,7 @@ struct NodesArgs {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write the surfaces of each set's first node into this folder as PLY, with distance and mean curvature at every point:
-    /// SET-READING-mesh.ply and SET-READING-patches.ply
+    /// SET-READING-mesh.ply and SET-READING-patches.ply (of Savio's film the mesh alone)
     #[arg(long, value_name = "FOLDER")]
     surfaces: Option<PathBuf>,
     /// Threads [default: all cores]; the figures do not depend on it
@@ -132,7 +132,7 @@ impl NodesArgs {
     fn write_surfaces(&self, set: &Set, readings: &[Reading], evaluation: &Evaluation, folder: &Path) -> Result<(), Error> {
         let axes = &set.kind.nodes(1, self.seed, self.least_angle)[0];
         for reading in readings {
-            for (kind, fields) in evaluation.surfaces(axes, reading).map_err(Error::Internal)? {
+            for (kind, fields) in evaluation.surfaces(axes, reading).map_err(Error::Internal)?.into_iter().flatten() {
                 let name = format!("{}-{}-{kind}.ply", set.name, reading.name.to_lowercase().replace([' ', ','], "-"));
                 output::write(Some(&folder.join(name)), |out| ply::write(axes, &fields, out))?;
             }

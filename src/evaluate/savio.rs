@@ -6,29 +6,26 @@
 //! inserted along cell sides, no layers between rim and side, no fairing; corners on the original shape, since the paper's figures for it lie
 //! near that shape. It is refined by Loop's rules (equations 7-9) with circle sampling on the rims (equation 6).
 //!
-//! Not promised: tangency to the struts. Loop's rules do not know the cylinder; patches fitted to this film bend into it at the rims.
+//! Only its mesh is measured: Loop's rules do not know the cylinder, so it leaves the struts at an angle, and patches must be tangent to them.
 
-use crate::node::cells::Cells;
+use super::facets::Facets;
 use crate::node::film::{self, Control};
-use crate::node::mesh::{Facets, Mesh, NONE, Triangles};
-use crate::node::star::Star;
+use crate::node::{Cells, Star};
 use glam::DVec3;
 
 /// Refinement levels: section 4.1.
 pub const LEVELS: u32 = 5;
 
 /// The refined film.
-pub fn film(star: &Star, cells: &Cells) -> Mesh {
-    let Control { mut points, mut triangles, rims, .. } = film::mesh(star, cells, 1, |side| side.phi.to_vec());
+pub fn film(star: &Star, cells: &Cells) -> Facets {
+    let Control { points, triangles, rims, .. } = film::mesh(star, cells, 1, |side| side.phi.to_vec());
     // the arm on whose rim a vertex lies
     let mut arms: Vec<Option<usize>> = rims.iter().map(|rim| rim.map(|rim| rim.arm as usize)).collect();
-    let mut coarse = Vec::with_capacity(LEVELS as usize);
+    let mut facets = Facets { points, triangles: triangles.0 };
     for _ in 0..LEVELS {
-        let facets = Facets { twins: triangles.twins(), triangles };
-        triangles = refine(star, &facets, &mut points, &mut arms);
-        coarse.push(facets);
+        refine(star, &mut facets, &mut arms);
     }
-    finish(points, triangles, coarse)
+    facets
 }
 
 /// β_n of equation 8.
@@ -37,29 +34,31 @@ fn beta(n: f64) -> f64 {
     (0.625 - (0.375 + 0.25 * turn) * (0.375 + 0.25 * turn)) / n
 }
 
-/// One level, in place. Triangle f becomes 4 f + k at its vertices k, and 4 f + 3 in the middle, as `Mesh` wants it.
-fn refine(star: &Star, old: &Facets, points: &mut Vec<DVec3>, arms: &mut Vec<Option<usize>>) -> Triangles {
-    let corner = |half: usize| old.triangles.0[half / 3][half % 3] as usize;
+/// One level, in place: each triangle becomes one at each of its vertices and one in the middle.
+fn refine(star: &Star, facets: &mut Facets, arms: &mut Vec<Option<usize>>) {
+    let twins = facets.twins();
+    let Facets { points, triangles } = facets;
+    let corner = |half: usize| triangles[half / 3][half % 3] as usize;
     let next = |half: usize| half - half % 3 + (half + 1) % 3;
     let before = points.clone();
     // equation 9 inside, equation 6 on rims
-    let mut middle = vec![NONE; old.twins.len()];
-    for half in 0..middle.len() {
-        let (i, j, twin) = (corner(half), corner(next(half)), old.twins[half]);
-        if twin != NONE && (twin as usize) < half {
-            middle[half] = middle[twin as usize];
+    let mut middle: Vec<u32> = Vec::with_capacity(twins.len());
+    for (half, &twin) in twins.iter().enumerate() {
+        let (i, j) = (corner(half), corner(next(half)));
+        if let Some(twin) = twin.filter(|&twin| twin < half) {
+            middle.push(middle[twin]);
             continue;
         }
-        middle[half] = points.len() as u32;
-        if twin == NONE {
+        middle.push(points.len() as u32);
+        if let Some(twin) = twin {
+            let [p, q] = [half, twin].map(|h| corner(next(next(h))));
+            points.push(0.375 * (before[i] + before[j]) + 0.125 * (before[p] + before[q]));
+            arms.push(None);
+        } else {
             let arm = arms[i].expect("an edge without a twin lies on a rim");
             let centre = star.cuts[arm] * star.axes[arm];
             points.push(centre + star.rim_radius(arm) * (before[i] + before[j] - 2.0 * centre).normalize());
             arms.push(Some(arm));
-        } else {
-            let [p, q] = [half, twin as usize].map(|h| corner(next(next(h))));
-            points.push(0.375 * (before[i] + before[j]) + 0.125 * (before[p] + before[q]));
-            arms.push(None);
         }
     }
     // equation 7; rims stay
@@ -77,23 +76,7 @@ fn refine(star: &Star, old: &Facets, points: &mut Vec<DVec3>, arms: &mut Vec<Opt
         let [ab, bc, ca] = [0, 1, 2].map(|k| middle[3 * f + k]);
         [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
     };
-    Triangles(old.triangles.0.iter().enumerate().flat_map(parts).collect())
-}
-
-/// Normals from the facets, by their areas.
-fn finish(points: Vec<DVec3>, triangles: Triangles, coarse: Vec<Facets>) -> Mesh {
-    let (mut normals, mut inward) = (vec![DVec3::ZERO; points.len()], Vec::new());
-    for (f, t) in triangles.0.iter().enumerate() {
-        let [a, b, c] = t.map(|v| points[v as usize]);
-        let twice = (b - a).cross(c - a);
-        t.iter().for_each(|&v| normals[v as usize] += twice);
-        if a.dot(twice) <= 0.0 {
-            inward.push(f);
-        }
-    }
-    normals.iter_mut().for_each(|n| *n = n.normalize());
-    let twins = triangles.twins();
-    Mesh::new(points, normals, Facets { triangles, twins }, coarse, &inward)
+    *triangles = triangles.iter().enumerate().flat_map(parts).collect();
 }
 
 #[cfg(test)]
@@ -108,8 +91,9 @@ mod tests {
         let star = Star::uniform(axes, cuts);
         let mesh = film(&star, &Cells::new(&star).unwrap());
         // 6 cells of 4 sides, two triangles each, in 4^5 parts
-        assert_eq!(mesh.triangles.0.len(), 6 * 4 * 2 * 1024);
-        let rim: Vec<usize> = (0..mesh.twins.len()).filter(|&h| mesh.twins[h] == NONE).map(|h| mesh.triangles.0[h / 3][h % 3] as usize).collect();
+        assert_eq!(mesh.triangles.len(), 6 * 4 * 2 * 1024);
+        let twins = mesh.twins();
+        let rim: Vec<usize> = (0..twins.len()).filter(|&h| twins[h].is_none()).map(|h| mesh.triangles[h / 3][h % 3] as usize).collect();
         assert_eq!(rim.len(), 6 * 4 * 32);
         for v in rim {
             let p = mesh.points[v];
