@@ -6,6 +6,7 @@ use crate::node::cells::{LEAST_SNAP, SNAP};
 use crate::node::{Cells, Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
+use crate::patch::figures::{self, Figures};
 use crate::patch::layout::Layout;
 use crate::patch::{self, Degree, Fitted, Rim, Skin};
 
@@ -47,6 +48,7 @@ pub struct Built {
     pub skin: Skin,
     pub rung: Rung,
     pub quality: Quality,
+    pub figures: Figures,
     /// Why each higher rung failed.
     pub reasons: Vec<String>,
 }
@@ -55,9 +57,19 @@ pub struct Built {
 pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, Vec<String>> {
     if star.degree() == 1 {
         let rims = vec![Rim { axis: star.axes[0], cut: 0.0, radius: 1.0, taper: star.tapers[0], arcs: vec![] }];
-        return Ok(Built { skin: Skin { rims, ..Skin::default() }, rung: Rung::End, quality: Quality::default(), reasons: vec![] });
+        return Ok(Built {
+            skin: Skin { rims, ..Skin::default() },
+            rung: Rung::End,
+            quality: Quality::default(),
+            figures: Figures::default(),
+            reasons: vec![],
+        });
     }
     let mut reasons = Vec::new();
+    let built = |fitted: Fitted, rung, reasons| {
+        let figures = figures::measure(&fitted.skin, &star);
+        Built { skin: fitted.skin, rung, quality: fitted.quality, figures, reasons }
+    };
     let film = |cells, method| Film::of_cells(star.clone(), cells, method, options.fairing, options.levels);
     let soap = |cells, lay: Lay| film(cells, Method::SoapFilm).and_then(|film| by_degree(&lay(&star, &film.cells)?, &film, options, degrees));
     match in_turn(&star, soap) {
@@ -78,10 +90,11 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
     Err(reasons)
 }
 
-type Lay = fn(&Star, &Cells) -> Result<Layout, String>;
+/// How sectors are laid out.
+pub type Lay = fn(&Star, &Cells) -> Result<Layout, String>;
 
 /// With corners joined as usual; where that fails, with as few as must be; then on a fine layout. On failure the different reasons.
-fn in_turn<T>(star: &Star, build: impl Fn(Cells, Lay) -> Result<T, String>) -> Result<T, String> {
+pub fn in_turn<T>(star: &Star, build: impl Fn(Cells, Lay) -> Result<T, String>) -> Result<T, String> {
     let [usual, least] = [SNAP, LEAST_SNAP].map(|snap| Cells::joined(star, snap));
     let same = usual.as_ref().map(|c| c.corners.len()) == least.as_ref().map(|c| c.corners.len());
     let fine = usual.clone().or(least.clone());
@@ -106,7 +119,7 @@ fn in_turn<T>(star: &Star, build: impl Fn(Cells, Lay) -> Result<T, String>) -> R
 }
 
 /// Fit on one layout at both degrees, the second only where the first fails or misses the tolerance.
-fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
+pub fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
     let usual = patch::fit_on(layout, film, &degrees.usual);
     if usual.as_ref().is_ok_and(|f| f.quality.deviation <= options.tolerance) {
         return usual;
@@ -117,8 +130,4 @@ fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees)
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
         (Err(e), Err(_)) => Err(e),
     }
-}
-
-fn built(fitted: Fitted, rung: Rung, reasons: Vec<String>) -> Built {
-    Built { skin: fitted.skin, rung, quality: fitted.quality, reasons }
 }

@@ -10,6 +10,7 @@ use crate::ids::{NodeId, StrutId};
 use crate::ladder::Rung;
 use crate::options::Options;
 use crate::patch::Shelved;
+use crate::patch::figures::Figures;
 use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
 use crate::settle::{Kept, Settled, Settling};
 use crate::step;
@@ -121,6 +122,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         false => brep::measure_total(measures.into_iter()),
     };
     let worst = |w: &brep::Worst| Worst { value: w.value, place: w.to_string() };
+    let shape = shape_facts(graph, &facts_of_nodes);
     let fit = fit_facts(&facts_of_nodes, options.tolerance);
     let report = Report {
         program: concat!("lattice-brep ", env!("CARGO_PKG_VERSION")).into(),
@@ -130,6 +132,9 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         volume_mm3: measure.volume,
         area_mm2: measure.area,
         centroid_mm: measure.centroid.to_array(),
+        added_mm3: shape.added,
+        removed_mm3: shape.removed,
+        concave_radius_mm: shape.valley,
         quality: Quality {
             inner_jump_deg: worst(&quality.inner_jump_deg),
             rim_jump_deg: worst(&quality.rim_jump_deg),
@@ -203,12 +208,13 @@ struct NodeFacts {
     reasons: Vec<String>,
     deviation: f64,
     mean_deviation: f64,
+    figures: Figures,
 }
 
 impl NodeFacts {
     fn of(built: &Kept) -> NodeFacts {
-        let Kept { rung, quality, reasons, .. } = built;
-        NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation }
+        let Kept { rung, quality, figures, reasons, .. } = built;
+        NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation, figures: *figures }
     }
 }
 
@@ -232,6 +238,29 @@ fn rungs(graph: &Graph, facts: &[Option<NodeFacts>]) -> Rungs {
 fn solid_facts(solid: &brep::Solid, measure: &brep::Measure) -> Solid {
     let (nodes, struts) = (solid.nodes.len(), solid.struts.len());
     Solid { first_node: solid.nodes[0], nodes, struts, genus: struts as i64 - nodes as i64 + 1, volume_mm3: measure.volume }
+}
+
+struct ShapeFacts {
+    /// None where nothing is concave.
+    valley: Option<Worst>,
+    added: f64,
+    removed: f64,
+}
+
+/// From node units to mm.
+fn shape_facts(graph: &Graph, facts: &[Option<NodeFacts>]) -> ShapeFacts {
+    let mut out = ShapeFacts { valley: None, added: 0.0, removed: 0.0 };
+    for (n, fact) in facts.iter().enumerate() {
+        let Some(NodeFacts { rung, figures, .. }) = fact else { continue };
+        let unit = graph.largest_radius(NodeId(n as u32));
+        out.added += figures.added * unit.powi(3);
+        out.removed += figures.removed * unit.powi(3);
+        let radius = unit / figures.concave;
+        if *rung != Rung::Sharp && radius < out.valley.as_ref().map_or(f64::INFINITY, |w| w.value) {
+            out.valley = Some(Worst { value: radius, place: format!("node_{n}") });
+        }
+    }
+    out
 }
 
 struct FitFacts {

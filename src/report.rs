@@ -21,6 +21,12 @@ pub struct Report {
     pub volume_mm3: f64,
     pub area_mm2: f64,
     pub centroid_mm: [f64; 3],
+    /// Volume that the nodes add to the union of their struts and node spheres, and volume of it that they leave out: sampled.
+    pub added_mm3: f64,
+    pub removed_mm3: f64,
+    /// Least radius of a valley inside the nodes (1 / the largest concave curvature), at samples of each patch. None where nothing is concave;
+    /// sharp nodes apart, whose creases have none.
+    pub concave_radius_mm: Option<Worst>,
     pub quality: Quality,
     pub rungs: Rungs,
     pub cuts: Cuts,

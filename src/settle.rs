@@ -11,6 +11,7 @@ use crate::ladder::{self, Built, Degrees, Rung};
 use crate::node::{Star, cut};
 use crate::options::{OnConflict, Options};
 use crate::patch::check::Quality;
+use crate::patch::figures::Figures;
 use crate::patch::{Shelf, Shelved};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -31,6 +32,7 @@ pub struct Kept {
     pub skin: Shelved,
     pub rung: Rung,
     pub quality: Quality,
+    pub figures: Figures,
     /// Why each higher rung failed.
     pub reasons: Vec<String>,
 }
@@ -101,7 +103,7 @@ impl<'a> Settling<'a> {
         begin(new.len() as u64);
         let build = |(key, star): (Vec<u64>, Star)| {
             let kept = match ladder::build(star, self.options, &self.degrees) {
-                Ok(Built { skin, rung, quality, reasons }) => Ok(Arc::new(Kept { skin: self.shelf.keep(skin)?, rung, quality, reasons })),
+                Ok(Built { skin, rung, quality, figures, reasons }) => Ok(Arc::new(Kept { skin: self.shelf.keep(skin)?, rung, quality, figures, reasons })),
                 Err(reasons) => Err(reasons),
             };
             advance();

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use lattice_brep::node::fair::fair;
+use lattice_brep::node::fair::{HOLD, fair};
 use lattice_brep::node::film::{Control, control_mesh};
 use lattice_brep::node::mesh::{Caster, Mesh, Rim};
 use lattice_brep::node::refine::refine;
@@ -21,7 +21,7 @@ fn unfaired(axes: Vec<DVec3>) -> (Star, Control) {
 
 fn control(axes: Vec<DVec3>) -> (Star, Control) {
     let (star, mut control) = unfaired(axes);
-    fair(&mut control, Fairing::Ray).unwrap();
+    fair(&mut control, Fairing::Ray, HOLD).unwrap();
     (star, control)
 }
 

@@ -29,5 +29,14 @@ fn volume_and_counts_do_not_depend_on_scale_and_place() {
         assert_eq!(other.counts, plain.counts, "scaled by {scale}, moved by {by}");
         let off = (other.volume_mm3 / scale.powi(3) / plain.volume_mm3 - 1.0).abs();
         assert!(off < bound, "volume off by {off:e}, scaled by {scale}, moved by {by}");
+        let valley = |report: &Report| report.concave_radius_mm.clone().expect("every node has valleys");
+        assert_eq!(valley(&other).place, valley(&plain).place);
+        for (name, found, wanted) in [
+            ("added", other.added_mm3 / scale.powi(3), plain.added_mm3),
+            ("removed", other.removed_mm3 / scale.powi(3), plain.removed_mm3),
+            ("tightest valley", valley(&other).value / scale, valley(&plain).value),
+        ] {
+            assert!(wanted > 0.0 && (found / wanted - 1.0).abs() < 1e3 * bound, "{name}: {found}, wanted {wanted}, scaled by {scale}, moved by {by}");
+        }
     }
 }

@@ -154,9 +154,9 @@ def shade(normals: np.ndarray, axes: np.ndarray, colour: np.ndarray, ambient: fl
     return np.clip(colour * light[..., None] + shine[..., None], 0, 1)
 
 
-def ramp(values: np.ndarray) -> np.ndarray:
-    """Blue below 0, pale at 0, red above."""
-    low, high = CURVATURE_RANGE
+def ramp(values: np.ndarray, span: tuple[float, float]) -> np.ndarray:
+    """Blue below 0, pale at 0, red above; full at the ends of the span."""
+    low, high = span
     t = np.clip(np.where(values < 0, values / -low, values / high), -1, 1)[..., None]
     pale, blue, red = np.array([0.95, 0.94, 0.90]), np.array([0.10, 0.30, 0.72]), np.array([0.78, 0.16, 0.12])
     return np.where(t < 0, pale + (blue - pale) * -t, pale + (red - pale) * t)
@@ -177,16 +177,16 @@ def draw_borders(image, depth, project, lines, size) -> None:
             image[y[near], x[near]] *= 0.55
 
 
-def legend(image: Image.Image) -> None:
+def legend(image: Image.Image, span: tuple[float, float], text: str) -> None:
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=16)
     left, top, wide, high = 24, image.height - 58, 240, 14
-    low, highest = CURVATURE_RANGE
-    bar = (ramp(np.linspace(low, highest, wide)) * 255).astype(np.uint8)
+    low, highest = span
+    bar = (ramp(np.linspace(low, highest, wide), span) * 255).astype(np.uint8)
     image.paste(Image.fromarray(np.tile(bar, (high, 1, 1))), (left, top))
     for value in (low, 0.0, highest):
         x = left + (value - low) / (highest - low) * wide
         draw.text((x, top + high + 3), f"{value:g}", fill=(40, 40, 40), font=font, anchor="ma")
-    draw.text((left, top - 22), "mean curvature x radius", fill=(40, 40, 40), font=font)
+    draw.text((left, top - 22), text, fill=(40, 40, 40), font=font)
 
 
 def render(step: Path, name: str, view: tuple[float, float], radius: float, fineness: int) -> None:
@@ -198,13 +198,13 @@ def render(step: Path, name: str, view: tuple[float, float], radius: float, fine
     covered = (owner >= 0)[..., None]
     normal = interpolate(normals, triangles, owner, weights)
     lines = borders(model)
-    for suffix, colour in (("", STEEL), ("-curvature", ramp(interpolate(means * radius, triangles, owner, weights)))):
+    for suffix, colour in (("", STEEL), ("-curvature", ramp(interpolate(means * radius, triangles, owner, weights), CURVATURE_RANGE))):
         image = np.where(covered, shade(normal, axes, colour, 0.6 if suffix else 0.4), 1.0)
         if not suffix:
             draw_borders(image, depth, project, lines, size)
         picture = Image.fromarray((image * 255).astype(np.uint8)).resize((WIDTH, WIDTH), Image.Resampling.LANCZOS)
         if suffix:
-            legend(picture)
+            legend(picture, CURVATURE_RANGE, "mean curvature x radius")
         path = FOLDER / f"{name}{suffix}.png"
         if not suffix:
             picture = picture.quantize(224, dither=Image.Dither.NONE)  # a third of the bytes; colours would show bands

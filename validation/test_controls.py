@@ -18,6 +18,7 @@ import checks
 import numpy as np
 
 import controls
+import deviation
 import synthetic
 import timebox
 from checks import valid
@@ -242,6 +243,18 @@ def test_meshable():
     fails("meshable", control("tube_through_itself"), "PLC Error", {})
     fails("meshable", control("open_shell"), "no tetrahedra", {})
     fails("meshable", straight_node(copies=2), "2 volumes, wanted 1")
+
+
+def test_deviation():
+    axes = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
+    points = np.array([(1, 1, 0), (3, 1.25, 0), (0.5, 0.5, 0)], float) * [[0.5**0.5], [1], [1]]
+    # inside on a diagonal the nearest point is on the crease of both cylinders, at sqrt 2
+    true = np.array([1 - 2**0.5, 0.25, 0.5**0.5 - 2**0.5])
+    found = deviation.compare(axes, points, true)
+    assert (found["off"], found["wrong side"]) == (0, 0), found
+    bound = np.array([0.5**0.5 - 1, 0.25, -0.5])
+    assert deviation.compare(axes, points, bound)["off"] == 2
+    assert deviation.compare(axes, points, -true)["wrong side"] == 3
 
 
 def test_every_check_is_shown_something_bad():

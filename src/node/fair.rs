@@ -16,8 +16,8 @@ use glam::DVec3;
 /// half-space) loses 2.35 r³ of the union of its struts, at 2 it loses 1.1; the distance between patches and film is the same.
 pub const HOLD: f64 = 2.0;
 
-/// Fair a control mesh in place; only its free vertices move.
-pub fn fair(mesh: &mut Control, how: Fairing) -> Result<(), String> {
+/// Fair a control mesh in place; only its free vertices move. `hold`: `HOLD`, or another for `Fairing::Ray`, where less is smoother.
+pub fn fair(mesh: &mut Control, how: Fairing, hold: f64) -> Result<(), String> {
     let laplacian = match how {
         Fairing::Ray => cotangent(mesh),
         Fairing::Paper => uniform(mesh),
@@ -34,7 +34,7 @@ pub fn fair(mesh: &mut Control, how: Fairing) -> Result<(), String> {
         return Ok(());
     }
     match how {
-        Fairing::Ray => along_rays(mesh, &laplacian, &slot, count),
+        Fairing::Ray => along_rays(mesh, &laplacian, &slot, count, hold),
         Fairing::Paper => in_space(mesh, &laplacian, &slot, count),
     }
 }
@@ -100,8 +100,8 @@ fn cotangent(mesh: &Control) -> Rows {
     rows
 }
 
-/// min over t of Σ_i |(L V)_i|² + HOLD² (t_i - |V_i|)², V_i = t_i u_i at free vertices.
-fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize) -> Result<(), String> {
+/// min over t of Σ_i |(L V)_i|² + hold² (t_i - |V_i|)², V_i = t_i u_i at free vertices.
+fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize, hold: f64) -> Result<(), String> {
     let mut matrix = Symmetric::default();
     let mut rhs = Mat::<f64>::zeros(count, 1);
     let unit: Vec<DVec3> = mesh.points.iter().map(|p| p.normalize()).collect();
@@ -116,8 +116,8 @@ fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize) -> 
         }
     }
     for v in (0..slot.len()).filter(|&v| slot[v] != usize::MAX) {
-        matrix.add(slot[v], slot[v], HOLD * HOLD);
-        rhs[(slot[v], 0)] += HOLD * HOLD * mesh.points[v].length();
+        matrix.add(slot[v], slot[v], hold * hold);
+        rhs[(slot[v], 0)] += hold * hold * mesh.points[v].length();
     }
     let t = matrix.solve(count, &rhs, None)?;
     for v in (0..slot.len()).filter(|&v| slot[v] != usize::MAX) {

@@ -60,6 +60,11 @@ pub fn columns(side: &Side) -> Vec<f64> {
 
 /// Build the control mesh of a node.
 pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
+    mesh(star, cells, LAYERS, columns)
+}
+
+/// A control mesh of so many rows of quads between rim and cell side, with the columns at these azimuths of a side, its ends included.
+pub fn mesh(star: &Star, cells: &Cells, layers: usize, columns: impl Fn(&Side) -> Vec<f64>) -> Control {
     let mut mesh = Control { points: vec![], free: vec![], normals: vec![], triangles: Triangles::default(), rows: vec![], rims: vec![] };
     let on_shape = |y: DVec3| {
         let u = y.normalize();
@@ -88,9 +93,9 @@ pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
                 _ => outline.extend(row[1..].iter().rev()),
             }
         }
-        let mut rows: Vec<Vec<u32>> = Vec::with_capacity(LAYERS + 1);
-        for layer in 0..LAYERS {
-            let f = layer as f64 / LAYERS as f64;
+        let mut rows: Vec<Vec<u32>> = Vec::with_capacity(layers + 1);
+        for layer in 0..layers {
+            let f = layer as f64 / layers as f64;
             rows.push(
                 outline
                     .iter()
@@ -117,7 +122,7 @@ pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
         }
         rows.push(outline);
         let n = rows[0].len();
-        for layer in 0..LAYERS {
+        for layer in 0..layers {
             for k in 0..n {
                 let next = (k + 1) % n;
                 let (a, b) = (rows[layer][k], rows[layer][next]);

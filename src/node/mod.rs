@@ -79,7 +79,7 @@ impl Film {
         let shape = match method {
             Method::SoapFilm => {
                 let mut control = film::control_mesh(&star, &cells);
-                fair::fair(&mut control, fairing)?;
+                fair::fair(&mut control, fairing, fair::HOLD)?;
                 Shape::Soap(refine::refine(&control, &star, levels))
             }
             Method::LevelSet => Shape::LevelSet(LevelSet::new(&star)),

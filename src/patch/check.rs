@@ -39,14 +39,14 @@ fn normal(jet: &Jet1) -> DVec3 {
     jet.du.cross(jet.dv).normalize()
 }
 
-/// Points and tangents of each patch at its samples, `[iu * SAMPLES + iv]`; patches over the same knots share their tables.
-fn jets(skin: &Skin) -> Vec<Vec<Jet1>> {
+/// Points and tangents of each patch at these parameters each way, `[iu * parameters + iv]`; patches over the same knots share their tables.
+pub fn jets(skin: &Skin, parameters: &[f64]) -> Vec<Vec<Jet1>> {
     let mut tables: Option<[Table; 2]> = None;
     let of = |patch: &Patch| {
         let s = &patch.surface;
         let fits = tables.as_ref().is_some_and(|t| [0, 1].iter().all(|&k| t[k].fits(s.degree[k], &s.knots[k])));
         if !fits {
-            tables = Some([0, 1].map(|k| Table::even(s.degree[k], &s.knots[k], SAMPLES)));
+            tables = Some([0, 1].map(|k| Table::new(s.degree[k], &s.knots[k], parameters.iter().copied())));
         }
         let [u, v] = tables.as_ref().expect("made above");
         s.jets1([u, v])
@@ -57,7 +57,7 @@ fn jets(skin: &Skin) -> Vec<Vec<Jet1>> {
 /// Measure a skin against the film it was fitted to.
 pub fn measure(skin: &Skin, film: &Film) -> Quality {
     let mut q = Quality { facing: 1.0, ..Quality::default() };
-    let jets = jets(skin);
+    let jets = jets(skin, &std::array::from_fn::<_, SAMPLES, _>(|k| k as f64 / LAST as f64));
     // (patch, side, runs forward) of the users of each edge, the first two
     let mut users: Vec<[Option<(usize, usize, bool)>; 2]> = vec![[None; 2]; skin.edges.len()];
     for (k, patch) in skin.patches.iter().enumerate() {

@@ -22,6 +22,10 @@ pub struct Fairness {
     pub most_mean: f64,
     /// The absolute mean curvature that 99 % of the area keeps to, in 1/r.
     pub usual_mean: f64,
+    /// Largest concave curvature, and the one that 99 % of the area keeps below: 1 over the radius of the tightest valley. In 1/r, 0 where nothing
+    /// is concave.
+    pub most_concave: f64,
+    pub usual_concave: f64,
     /// Thin-plate energy ∫ k1² + k2² dA, without unit; on a cylinder it is the area.
     pub thin_plate: f64,
     /// Variation of the mean curvature ∫ |grad H|² dA, in 1/r².
@@ -53,41 +57,59 @@ impl Curved {
         (g * hu * hu - 2.0 * f * hu * hv + e * hv * hv) / (e * g - f * f)
     }
 
+    /// Minus the smaller principal curvature, at least 0.
+    fn concave(&self) -> f64 {
+        ((self.mean * self.mean - self.gauss).max(0.0).sqrt() - self.mean).max(0.0)
+    }
+
     fn area(&self) -> f64 {
         let [e, f, g] = self.first;
         (e * g - f * f).sqrt()
     }
 }
 
-fn mean(surface: &NurbsSurface, u: f64, v: f64) -> f64 {
+impl Fairness {
+    fn raise(&mut self, at: &Curved) {
+        self.most_mean = self.most_mean.max(at.mean.abs());
+        self.most_concave = self.most_concave.max(at.concave());
+    }
+}
+
+/// Mean curvature at (u, v), in 1/r.
+pub fn mean(surface: &NurbsSurface, u: f64, v: f64) -> f64 {
     Curved::new(&surface.jet2(u, v)).mean
+}
+
+/// The concave curvature at (u, v), in 1/r: minus the smaller principal curvature, at least 0.
+pub fn concave(surface: &NurbsSurface, u: f64, v: f64) -> f64 {
+    Curved::new(&surface.jet2(u, v)).concave()
 }
 
 /// Measure all patches of a skin and the edges between them.
 pub fn measure(skin: &Skin) -> Fairness {
     let mut sum = Fairness::default();
-    let mut means = Vec::new();
+    let mut shares = [vec![], vec![]];
     for patch in &skin.patches {
-        add(&mut sum, &mut means, &patch.surface);
+        add(&mut sum, &mut shares, &patch.surface);
     }
-    sum.usual_mean = share(&mut means, 0.99);
+    [sum.usual_mean, sum.usual_concave] = shares.map(|mut values| share(&mut values, 0.99));
     jumps(&mut sum, skin);
     sum
 }
 
-/// The value that a share of the area does not exceed; `means` are values with their areas.
-fn share(means: &mut [(f64, f64)], share: f64) -> f64 {
-    means.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut left = share * means.iter().map(|m| m.1).sum::<f64>();
-    let last = means.iter().find(|(_, area)| {
+/// The value that a share of the area does not exceed; values come with their areas.
+pub fn share(values: &mut [(f64, f64)], share: f64) -> f64 {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut left = share * values.iter().map(|m| m.1).sum::<f64>();
+    let last = values.iter().find(|(_, area)| {
         left -= area;
         left <= 0.0
     });
     last.map_or(0.0, |m| m.0)
 }
 
-/// Measure one patch over [0, 1]²; absolute mean curvatures and the areas they stand for go to `means`.
-fn add(sum: &mut Fairness, means: &mut Vec<(f64, f64)>, surface: &NurbsSurface) {
+/// Measure one patch over [0, 1]²; absolute mean curvatures and concave curvatures go to `shares`, with the areas they stand for.
+fn add(sum: &mut Fairness, shares: &mut [Vec<(f64, f64)>; 2], surface: &NurbsSurface) {
     let rule = gauss::rule(POINTS);
     for &(u, wu) in &rule {
         for &(v, wv) in &rule {
@@ -96,8 +118,9 @@ fn add(sum: &mut Fairness, means: &mut Vec<(f64, f64)>, surface: &NurbsSurface) 
             let hv = (mean(surface, u, v + STEP) - mean(surface, u, v - STEP)) / (2.0 * STEP);
             let area = wu * wv * at.area();
             sum.area += area;
-            sum.most_mean = sum.most_mean.max(at.mean.abs());
-            means.push((at.mean.abs(), area));
+            sum.raise(&at);
+            shares[0].push((at.mean.abs(), area));
+            shares[1].push((at.concave(), area));
             // k1² + k2² = (k1 + k2)² - 2 k1 k2
             sum.thin_plate += area * (4.0 * at.mean * at.mean - 2.0 * at.gauss);
             sum.variation += area * at.gradient_sq(hu, hv);
@@ -114,9 +137,10 @@ fn jumps(sum: &mut Fairness, skin: &Skin) {
                 let x = k as f64 / (ALONG - 1) as f64;
                 let x = if forward { x } else { 1.0 - x };
                 let [u, v] = [[x, 0.0], [1.0, x], [1.0 - x, 1.0], [0.0, 1.0 - x]][side];
-                mean(&patch.surface, u, v)
+                let at = Curved::new(&patch.surface.jet2(u, v));
+                sum.raise(&at);
+                at.mean
             });
-            sum.most_mean = along.iter().fold(sum.most_mean, |most, h| most.max(h.abs()));
             if matches!(skin.edges[edge].curve, SkinCurve::RimArc(_)) {
                 continue;
             }
@@ -150,8 +174,8 @@ mod tests {
     fn a_torus_as_by_its_formulas() {
         let far = 3.0;
         let mut found = Fairness::default();
-        let mut means = Vec::new();
-        add(&mut found, &mut means, &torus(far));
+        let mut shares = [vec![], vec![]];
+        add(&mut found, &mut shares, &torus(far));
         // curvatures 1 and cos t / (far + cos t), t the angle around the tube; area element far + cos t
         let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
             gauss::rule(30).iter().map(|&(x, w)| w * FRAC_PI_2 * FRAC_PI_2 * f(FRAC_PI_2 * x) * (far + (FRAC_PI_2 * x).cos())).sum()
@@ -166,7 +190,7 @@ mod tests {
             assert!((found / wanted - 1.0).abs() < 1e-6, "{name}: {found} instead of {wanted}");
         }
         // mean curvature falls from 0.625 at t = 0; the share of the area beyond t is 1 - (far t + sin t) / (far π/2 + 1)
-        let median = share(&mut means, 0.5);
+        let median = share(&mut shares[0], 0.5);
         let t = (2.0 * median - 1.0) * far / (2.0 - 2.0 * median);
         assert!((t.acos() * far + t.acos().sin() - 0.5 * (far * FRAC_PI_2 + 1.0)).abs() < 0.1, "{median}");
         assert!(found.most_mean < 0.625 && found.most_mean > 0.6249, "{}", found.most_mean);

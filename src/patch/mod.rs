@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod fairness;
+pub mod figures;
 pub mod fit;
 pub mod forms;
 pub mod layout;
@@ -127,11 +128,6 @@ impl Degree {
 /// Fit an exactly G1 skin of the given degree to a film. Errors say what failed, without the node's name.
 pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
     fit_on(&Layout::new(&film.star, &film.cells)?, film, degree)
-}
-
-/// As `fit`, on a fine layout: for nodes where `fit` fails.
-pub fn fit_fine(film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    fit_on(&Layout::fine(&film.star, &film.cells)?, film, degree)
 }
 
 /// The same on a layout of the film, which all degrees share.

@@ -12,6 +12,8 @@ pub struct Set {
     pub name: &'static str,
     /// Max, Avg and Std of the paper's own method, mm.
     pub paper: [f64; 3],
+    /// The same of Savio's method, as the paper gives it.
+    pub savio: [f64; 3],
     pub kind: Kind,
 }
 
@@ -26,13 +28,13 @@ pub enum Kind {
 
 /// The paper does not say what its twelve directions are (icosahedron or cuboctahedron), nor which its random ones are.
 pub const SETS: [Set; 7] = [
-    Set { name: "regular-6", paper: [0.2846, 0.0647, 0.0715], kind: Kind::Regular(octahedron) },
-    Set { name: "regular-12", paper: [0.3021, 0.0645, 0.0751], kind: Kind::Regular(icosahedron) },
-    Set { name: "cuboctahedron", paper: [0.3021, 0.0645, 0.0751], kind: Kind::Regular(cuboctahedron) },
-    Set { name: "regular-20", paper: [0.6653, 0.1009, 0.1394], kind: Kind::Regular(dodecahedron) },
-    Set { name: "irregular-6", paper: [1.1082, 0.1643, 0.2205], kind: Kind::Irregular { degree: 6, least_angle: 35.0 } },
-    Set { name: "irregular-12", paper: [0.9762, 0.1442, 0.1690], kind: Kind::Irregular { degree: 12, least_angle: 25.0 } },
-    Set { name: "irregular-20", paper: [1.3798, 0.1681, 0.2480], kind: Kind::Irregular { degree: 20, least_angle: 20.0 } },
+    Set { name: "regular-6", paper: [0.2846, 0.0647, 0.0715], savio: [0.2832, 0.1732, 0.0737], kind: Kind::Regular(octahedron) },
+    Set { name: "regular-12", paper: [0.3021, 0.0645, 0.0751], savio: [0.3021, 0.1808, 0.0793], kind: Kind::Regular(icosahedron) },
+    Set { name: "cuboctahedron", paper: [0.3021, 0.0645, 0.0751], savio: [0.3021, 0.1808, 0.0793], kind: Kind::Regular(cuboctahedron) },
+    Set { name: "regular-20", paper: [0.6653, 0.1009, 0.1394], savio: [0.6958, 0.3279, 0.1666], kind: Kind::Regular(dodecahedron) },
+    Set { name: "irregular-6", paper: [1.1082, 0.1643, 0.2205], savio: [0.8457, 0.2254, 0.1659], kind: Kind::Irregular { degree: 6, least_angle: 35.0 } },
+    Set { name: "irregular-12", paper: [0.9762, 0.1442, 0.1690], savio: [0.8029, 0.1972, 0.1481], kind: Kind::Irregular { degree: 12, least_angle: 25.0 } },
+    Set { name: "irregular-20", paper: [1.3798, 0.1681, 0.2480], savio: [0.9722, 0.2059, 0.1601], kind: Kind::Irregular { degree: 20, least_angle: 20.0 } },
 ];
 
 impl Kind {

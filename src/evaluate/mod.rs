@@ -1,35 +1,61 @@
 //! Case study 1 of the paper (section 4.1, Table 1, figures 14 and 15): how far a node's surface lies from the original node, and how
 //! fair it is. All struts have the radius 1 mm, so node units are mm.
 
-use crate::ladder::{self, Degrees, Rung};
+pub mod facets;
+pub mod fields;
+pub mod savio;
+
+use self::facets::Facets;
+use self::fields::Fields;
+use crate::ladder::{self, Degrees, Lay};
 use crate::math::nurbs::Table;
 use crate::node::deviation::Original;
+use crate::node::fair::{self, HOLD};
 use crate::node::film::{self, Control, FIXED_ROWS};
-use crate::node::mesh::Mesh;
-use crate::node::{Cells, Fairing, Star, cut, fair, refine};
+use crate::node::{Cells, Fairing, Film, Shape, Star, cut, refine};
 use crate::options::Options;
-use crate::patch::{Skin, fairness};
+use crate::patch::{Skin, fairness, figures};
 use glam::DVec3;
 use serde::Serialize;
 
-/// One way to read the paper's fairing (section 3.3.2).
+/// A surface to measure: one way to read the paper's fairing (section 3.3.2), or another method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     pub name: &'static str,
-    /// None: the film as built.
-    pub fairing: Option<Fairing>,
-    /// Rows of vertices that stay on the cylinder, the rim among them.
-    pub fixed_rows: usize,
+    pub film: How,
+}
+
+/// How a film is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum How {
+    Soap {
+        /// None: the film as built.
+        fairing: Option<Fairing>,
+        /// Rows of vertices that stay on the cylinder, the rim among them.
+        fixed_rows: usize,
+        /// For `Fairing::Ray`: see `fair::HOLD`.
+        hold: f64,
+    },
+    Savio,
 }
 
 impl Reading {
     const fn new(name: &'static str, fairing: Option<Fairing>, fixed_rows: usize) -> Reading {
-        Reading { name, fairing, fixed_rows }
+        Reading { name, film: How::Soap { fairing, fixed_rows, hold: HOLD } }
     }
 
-    /// Section 3.3.2 to the letter, uniform weights, the rim and its 2-ring fixed; and what we build.
-    pub const USUAL: [Reading; 2] =
-        [Reading::new("film as printed", Some(Fairing::Paper), FIXED_ROWS), Reading::new("film on rays", Some(Fairing::Ray), FIXED_ROWS)];
+    /// Our film with another hold.
+    const fn held(name: &'static str, hold: f64) -> Reading {
+        Reading { name, film: How::Soap { fairing: Some(Fairing::Ray), fixed_rows: FIXED_ROWS, hold } }
+    }
+
+    /// What we build.
+    pub const OURS: Reading = Reading::new("ours", Some(Fairing::Ray), FIXED_ROWS);
+
+    pub const SAVIO: Reading = Reading { name: "Savio", film: How::Savio };
+
+    /// Beside ours section 3.3.2 to the letter, uniform weights, the rim and its 2-ring fixed; and Savio's method.
+    pub const USUAL: [Reading; 3] = [Reading::OURS, Reading::SAVIO, Reading::new("as printed", Some(Fairing::Paper), FIXED_ROWS)];
 
     /// What else the paper's words leave room for.
     pub const OTHERS: [Reading; 5] = [
@@ -37,7 +63,18 @@ impl Reading {
         Reading::new("as printed, rim fixed", Some(Fairing::Paper), 1),
         Reading::new("on rays, 1-ring fixed", Some(Fairing::Ray), 2),
         Reading::new("on rays, rim fixed", Some(Fairing::Ray), 1),
-        Reading::new("film not faired", None, FIXED_ROWS),
+        Reading::new("not faired", None, FIXED_ROWS),
+    ];
+
+    /// Deviation against fairness: from smooth to close. Ours lies between, at 2.
+    pub const TRADE: [Reading; 7] = [
+        Reading::held("hold 0", 0.0),
+        Reading::held("hold 1", 1.0),
+        Reading::held("hold 4", 4.0),
+        Reading::held("hold 8", 8.0),
+        Reading::held("hold 16", 16.0),
+        Reading::held("hold 32", 32.0),
+        Reading::held("hold 128", 128.0),
     ];
 }
 
@@ -54,33 +91,48 @@ pub struct Deviation {
     pub samples: usize,
 }
 
-/// Figures of our patches. Lengths in mm.
+/// Figures of a refined mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Refined {
+    pub deviation: Deviation,
+    /// 99 % of the area keeps to it. 1/mm.
+    pub usual_mean_curvature: f64,
+}
+
+/// Figures of the patches fitted to a film. Lengths in mm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Patches {
     pub deviation: Deviation,
-    /// Built from the soap film, the first rung of the ladder.
-    pub first_rung: bool,
     pub patches: usize,
     pub area: f64,
     pub max_mean_curvature: f64,
     /// 99 % of the area keeps to it.
     pub usual_mean_curvature: f64,
+    /// 1 / the largest concave curvature.
+    pub least_concave_radius: f64,
+    /// 99 % of the area is no more concave.
+    pub usual_concave_radius: f64,
     pub thin_plate: f64,
     pub variation: f64,
     pub max_edge_jump: f64,
+    /// Against the original node, mm³.
+    pub added: f64,
+    pub removed: f64,
+    /// Added, removed and least concave radius from the few samples of a report.
+    pub reported: [f64; 3],
 }
 
-/// What was measured of one node.
+/// What was measured of one node, by reading.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
-    /// Of the refined mesh, by reading; none where fairing failed.
-    pub films: Vec<Option<Deviation>>,
-    /// By `FAIRINGS`; none where the node is refused.
+    /// Of the refined mesh; none where fairing failed.
+    pub films: Vec<Option<Refined>>,
+    /// Of the patches fitted to it as on the first rung of the ladder; none where they fail their checks, and for Savio's film.
     pub patches: Vec<Option<Patches>>,
 }
 
-/// The films that patches are fitted to: `export --fairing`.
-pub const FAIRINGS: [(&str, Fairing); 2] = [("our patches", Fairing::Ray), ("patches, film as printed", Fairing::Paper)];
+/// Gauss points each way on a patch whose volume is measured.
+const VOLUME_POINTS: usize = 32;
 
 /// Measures nodes with the options of a usual run.
 pub struct Evaluation {
@@ -95,43 +147,82 @@ impl Evaluation {
         Evaluation { samples, options: Options::default(), degrees: Degrees::new() }
     }
 
-    /// Measure the node of struts along these unit vectors.
-    pub fn node(&self, axes: &[DVec3], readings: &[Reading]) -> Result<Measured, String> {
-        let star = Star::uniform(axes.to_vec(), cut::cuts(axes, self.options.lambda));
-        let original = Original::new(&star)?;
-        let film = |reading: &Reading| refined(&star, reading, self.options.levels).ok().map(|mesh| of_mesh(&mesh, &original, self.samples));
-        let films = readings.iter().map(film).collect();
-        let patches = FAIRINGS.map(|(_, fairing)| self.patches(&star, &original, fairing)).into();
-        Ok(Measured { films, patches })
+    /// The node of struts along these unit vectors.
+    pub fn star(&self, axes: &[DVec3]) -> Star {
+        Star::uniform(axes.to_vec(), cut::cuts(axes, self.options.lambda))
     }
 
-    fn patches(&self, star: &Star, original: &Original, fairing: Fairing) -> Option<Patches> {
-        let built = ladder::build(star.clone(), &Options { fairing, ..self.options.clone() }, &self.degrees).ok()?;
-        let fairness = fairness::measure(&built.skin);
-        Some(Patches {
-            deviation: of_skin(&built.skin, original, self.samples),
-            first_rung: built.rung == Rung::SoapFilm,
-            patches: built.skin.patches.len(),
+    /// Measure the node of struts along these unit vectors.
+    pub fn node(&self, axes: &[DVec3], readings: &[Reading]) -> Result<Measured, String> {
+        let star = self.star(axes);
+        let original = Original::new(&star)?;
+        let mut measured = Measured { films: vec![], patches: vec![] };
+        for reading in readings {
+            let (film, skin) = self.build(&star, reading).ok().unzip();
+            measured.films.push(film.map(|film| self.facets(&film, &original)));
+            measured.patches.push(skin.flatten().map(|skin| self.patches(&skin, &star, &original)));
+        }
+        Ok(measured)
+    }
+
+    /// The refined mesh of one reading, and its patches as `export` fits them; none where they fail their checks.
+    pub fn build(&self, star: &Star, reading: &Reading) -> Result<(Facets, Option<Skin>), String> {
+        let How::Soap { fairing, fixed_rows, hold } = reading.film else {
+            return Ok((savio::film(star, &Cells::new(star)?), None));
+        };
+        let film = |cells: Cells| -> Result<(Facets, Film), String> {
+            let mut control = film::control_mesh(star, &cells);
+            let rows = rows(&control);
+            control.free = rows.iter().map(|&row| row >= fixed_rows).collect();
+            if let Some(fairing) = fairing {
+                fair::fair(&mut control, fairing, hold)?;
+            }
+            let mesh = refine::refine(&control, star, self.options.levels);
+            let facets = Facets::of_mesh(&mesh);
+            Ok((facets, Film { star: star.clone(), cells, shape: Shape::Soap(mesh) }))
+        };
+        let both = |cells, lay: Lay| {
+            let (facets, film) = film(cells)?;
+            ladder::by_degree(&lay(star, &film.cells)?, &film, &self.options, &self.degrees).map(|fitted| (facets, Some(fitted.skin)))
+        };
+        ladder::in_turn(star, both).or_else(|_| Ok((film(Cells::new(star)?)?.0, None)))
+    }
+
+    /// The refined mesh of a reading, and its patches where they can be fitted, with figures at their points.
+    pub fn surfaces(&self, axes: &[DVec3], reading: &Reading) -> Result<[Option<(&'static str, Fields)>; 2], String> {
+        let star = self.star(axes);
+        let original = Original::new(&star)?;
+        let (film, skin) = self.build(&star, reading)?;
+        Ok([Some(("mesh", Fields::of_facets(film, &original))), skin.map(|skin| ("patches", Fields::of_skin(&skin, &original)))])
+    }
+
+    /// Figures of a refined mesh.
+    pub fn facets(&self, facets: &Facets, original: &Original) -> Refined {
+        let mut means: Vec<(f64, f64)> = fields::mean_curvatures(facets).into_iter().map(|(mean, area)| (mean.abs(), area)).collect();
+        let deviation = of_facets(&facets.corners().collect::<Vec<_>>(), original, self.samples);
+        Refined { deviation, usual_mean_curvature: fairness::share(&mut means, 0.99) }
+    }
+
+    fn patches(&self, skin: &Skin, star: &Star, original: &Original) -> Patches {
+        let fairness = fairness::measure(skin);
+        let [added, removed] = figures::volumes(skin, star, VOLUME_POINTS);
+        let few = figures::measure(skin, star);
+        Patches {
+            deviation: of_skin(skin, original, self.samples),
+            patches: skin.patches.len(),
             area: fairness.area,
             max_mean_curvature: fairness.most_mean,
             usual_mean_curvature: fairness.usual_mean,
+            least_concave_radius: 1.0 / fairness.most_concave,
+            usual_concave_radius: 1.0 / fairness.usual_concave,
             thin_plate: fairness.thin_plate,
             variation: fairness.variation,
             max_edge_jump: fairness.most_jump,
-        })
+            added,
+            removed,
+            reported: [few.added, few.removed, 1.0 / few.concave],
+        }
     }
-}
-
-/// The film of one reading after `levels` levels of refinement.
-pub fn refined(star: &Star, reading: &Reading, levels: u32) -> Result<Mesh, String> {
-    let cells = Cells::new(star)?;
-    let mut control = film::control_mesh(star, &cells);
-    let rows = rows(&control);
-    control.free = rows.iter().map(|&row| row >= reading.fixed_rows).collect();
-    if let Some(fairing) = reading.fairing {
-        fair::fair(&mut control, fairing)?;
-    }
-    Ok(refine::refine(&control, star, levels))
 }
 
 /// The row of each vertex: edges between it and the nearest rim.
@@ -150,11 +241,6 @@ fn rows(control: &Control) -> Vec<usize> {
         }
     }
     rows
-}
-
-/// The deviation of a mesh from the original node.
-pub fn of_mesh(mesh: &Mesh, original: &Original, samples: usize) -> Deviation {
-    of_facets(&mesh.facets().map(|f| mesh.corners(f)).collect::<Vec<_>>(), original, samples)
 }
 
 /// The deviation of facets by the trapezoidal rule: each is cut into equal triangles, their corners are the samples.
@@ -283,7 +369,8 @@ mod tests {
         let axes = octahedron().axes;
         let [few, many] = [20_000, 80_000].map(|samples| Evaluation::new(samples).node(&axes, &Reading::USUAL).unwrap());
         let patches = |m: &Measured| m.patches[0].as_ref().unwrap().deviation;
-        for (a, b) in [(few.films[1].unwrap(), many.films[1].unwrap()), (many.films[1].unwrap(), patches(&many)), (patches(&few), patches(&many))] {
+        let mesh = |m: &Measured| m.films[0].unwrap().deviation;
+        for (a, b) in [(mesh(&few), mesh(&many)), (mesh(&many), patches(&many)), (patches(&few), patches(&many))] {
             assert!(a.samples >= 20_000 && (a.max - b.max).abs() < 0.01 && (a.avg - b.avg).abs() < 1e-3 && (a.std - b.std).abs() < 1e-3, "{a:?} {b:?}");
         }
     }
