@@ -95,22 +95,22 @@ pub type Lay = fn(&Star, &Cells) -> Result<Layout, String>;
 
 /// With corners joined as usual; where that fails, with as few as must be; then both on a fine layout. On failure the different reasons.
 pub fn in_turn<T>(star: &Star, build: impl Fn(Cells, Lay) -> Result<T, String>) -> Result<T, String> {
-    let [usual, least] = [SNAP, LEAST_SNAP].map(|snap| Cells::joined(star, snap));
+    let usual = Cells::joined(star, SNAP);
+    let mut last = match usual.clone().and_then(|cells| build(cells, Layout::new)) {
+        Ok(built) => return Ok(built),
+        Err(e) => e,
+    };
+    let mut told = last.clone();
+    let least = Cells::joined(star, LEAST_SNAP);
     let same = usual.as_ref().map(|c| c.corners.len()) == least.as_ref().map(|c| c.corners.len());
-    let ways: [(&str, &Result<Cells, String>, Lay); 4] = [
-        ("", &usual, Layout::new),
-        ("with all corners", &least, Layout::new),
-        ("on a fine layout", &usual, Layout::fine),
-        ("on a fine layout with all corners", &least, Layout::fine),
-    ];
-    let (mut told, mut last) = (String::new(), String::new());
+    let ways: [(&str, &Result<Cells, String>, Lay); 3] =
+        [("with all corners", &least, Layout::new), ("on a fine layout", &usual, Layout::fine), ("on a fine layout with all corners", &least, Layout::fine)];
     for (way, cells, lay) in ways {
         if same && way.ends_with("all corners") {
             continue;
         }
         match cells.clone().and_then(|cells| build(cells, lay)) {
             Ok(built) => return Ok(built),
-            Err(e) if way.is_empty() => (told, last) = (e.clone(), e),
             Err(e) if e == last => {}
             Err(e) => {
                 told += &format!(" ({way}: {e})");
