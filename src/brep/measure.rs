@@ -9,16 +9,19 @@ use super::error::BrepError;
 use super::model::{Circle, Solid, Surface};
 use crate::graph::End;
 use crate::math::gauss;
-use crate::math::nurbs::{NurbsSurface, Sample, Table, breaks};
-use crate::math::{Loops, vectorised};
-use glam::{DVec3, DVec4};
+use crate::math::nurbs::{NurbsSurface, Table, breaks};
+use crate::math::{Loops, combine, padded, vectorised};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Gauss points per knot span and direction, tried in turn until two agree: 15 serve most patches, those whose parameters run very
 /// unevenly need all.
-const POINTS: [usize; 7] = [10, 15, 22, 32, 46, 66, 96];
+const POINTS: [usize; 7] = [12, 16, 24, 32, 48, 64, 96];
+
+/// Points that are looked at side by side.
+const WIDE: usize = 4;
 
 /// Parts by which volume and area may differ from those by fewer points. The error falls geometrically with the points (tests), so the
 /// finer of two rules is nearer by more. Measured on 56 patches of a random node that are accepted at 15: volumes within 1e-10, areas within 1e-6.
@@ -174,25 +177,19 @@ impl Rules {
     }
 
     fn get(&mut self, s: &NurbsSurface, k: usize) -> &[Rule; 2] {
-        let kept = self.0[k].take().filter(|rules| [0, 1].iter().all(|&d| rules[d].table.fits(s.degree[d], &s.knots[d])));
+        let kept = self.0[k].take().filter(|rules| [0, 1].iter().all(|&d| rules[d].fits(s.degree[d], &s.knots[d])));
         self.0[k].insert(kept.unwrap_or_else(|| [0, 1].map(|d| Rule::new(s.degree[d], &s.knots[d], POINTS[k]))))
     }
 }
 
 /// One patch by one rule.
 fn flux(s: &NurbsSurface, [us, vs]: &[Rule; 2]) -> Flux {
-    let [nu, nv] = s.size();
-    let [p, q] = s.degree;
-    let points: Vec<DVec4> = s.points.iter().zip(&s.weights).map(|(&p, &w)| (p * w).extend(w)).collect();
-    debug_assert_eq!(points.len(), nu * nv);
-    vectorised(Integral { points, nv, degree: [p, q], rules: [us, vs] })
+    vectorised(Integral { surface: s, rules: [us, vs] })
 }
 
-/// The integrals over a patch; `points`: (weight · point, weight), `nv` for each u.
+/// The integrals over a patch, many points of one u at a time.
 struct Integral<'a> {
-    points: Vec<DVec4>,
-    nv: usize,
-    degree: [usize; 2],
+    surface: &'a NurbsSurface,
     rules: [&'a Rule; 2],
 }
 
@@ -201,44 +198,64 @@ impl Loops for Integral<'_> {
 
     #[inline(always)]
     fn run(self) -> Flux {
-        let Integral { points, nv, degree: [p, q], rules: [us, vs] } = self;
-        let mut out = Flux::default();
-        // Columns of the surface at one u: (weight · point, weight) and its u-derivative.
-        let mut column = vec![[DVec4::ZERO; 2]; nv];
-        for (u, wu) in us.points() {
-            column.fill([DVec4::ZERO; 2]);
-            for r in 0..=p {
-                let (value, slope) = (u.value[r], u.slope[r]);
-                for (c, &h) in column.iter_mut().zip(&points[(u.first + r) * nv..]) {
-                    c[0] += value * h;
-                    c[1] += slope * h;
-                }
-            }
-            for (v, wv) in vs.points() {
-                let (mut a, mut au, mut av) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
-                for (c, (&value, &slope)) in column[v.first..=v.first + q].iter().zip(v.value.iter().zip(&v.slope)) {
-                    a += value * c[0];
-                    av += slope * c[0];
-                    au += value * c[1];
-                }
-                let y = a.truncate() / a.w;
-                let du = (au.truncate() - au.w * y) / a.w;
-                let dv = (av.truncate() - av.w * y) / a.w;
-                let n = du.cross(dv) * (wu * wv);
-                out.area += n.length();
-                out.volume += y * n;
-                out.moment += 0.5 * y * y * n;
+        let Integral { surface: s, rules: [us, vs] } = self;
+        let (nv, n) = (s.size()[1], vs.weights.len());
+        // of each row of control points its curve at all v: four lines (weight · point, weight), and their slopes
+        let mut rows = vec![0.0; s.size()[0] * 8 * n];
+        let mut entries = Vec::with_capacity(nv.max(s.size()[0]));
+        for ((row, points), weights) in rows.chunks_exact_mut(8 * n).zip(s.points.chunks_exact(nv)).zip(s.weights.chunks_exact(nv)) {
+            for (c, lines) in row.chunks_exact_mut(n).enumerate() {
+                entries.clear();
+                entries.extend(points.iter().zip(weights).map(|(p, &w)| if c % 4 < 3 { p[c % 4] * w } else { w }).enumerate());
+                combine(lines, &entries, if c < 4 { &vs.values } else { &vs.slopes }, n);
             }
         }
-        out
+        // the same at one u, and the slopes by u behind them
+        let mut at = vec![0.0; 12 * n];
+        let mut sums = [[0.0; WIDE]; 7];
+        let line = us.weights.len();
+        for (u, &wu) in us.weights.iter().enumerate().take(us.count) {
+            let (both, by_u) = at.split_at_mut(8 * n);
+            for (out, basis) in [(both, &us.values), (by_u, &us.slopes)] {
+                entries.clear();
+                entries.extend(basis.iter().skip(u).step_by(line).copied().enumerate());
+                combine(out, &entries, &rows, 8 * n);
+            }
+            for (j, wv) in vs.weights.as_chunks::<WIDE>().0.iter().enumerate() {
+                let line = |c: usize| at[c * n + j * WIDE..].first_chunk::<WIDE>().expect("lines are padded");
+                let [x, y, z, w, xv, yv, zv, wv_, xu, yu, zu, wu_] = std::array::from_fn(line);
+                for k in 0..WIDE {
+                    let scale = 1.0 / w[k];
+                    let p = [x[k] * scale, y[k] * scale, z[k] * scale];
+                    let du = [(xu[k] - wu_[k] * p[0]) * scale, (yu[k] - wu_[k] * p[1]) * scale, (zu[k] - wu_[k] * p[2]) * scale];
+                    let dv = [(xv[k] - wv_[k] * p[0]) * scale, (yv[k] - wv_[k] * p[1]) * scale, (zv[k] - wv_[k] * p[2]) * scale];
+                    let f = wu * wv[k];
+                    let normal = [du[1] * dv[2] - du[2] * dv[1], du[2] * dv[0] - du[0] * dv[2], du[0] * dv[1] - du[1] * dv[0]].map(|n| n * f);
+                    sums[0][k] += (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();
+                    for c in 0..3 {
+                        let part = p[c] * normal[c];
+                        sums[1 + c][k] += part;
+                        sums[4 + c][k] += 0.5 * p[c] * part;
+                    }
+                }
+            }
+        }
+        let [area, rest @ ..] = sums.map(|lanes| lanes.iter().sum::<f64>());
+        let [volume, moment] = [0, 3].map(|k| DVec3::from_slice(&rest[k..]));
+        Flux { area, volume, moment }
     }
 }
 
 /// Gauss's rule on the knot spans of one parameter: the basis functions at its points, and their weights (shares of the
-/// parameter's length).
+/// parameter's length). Lines are padded with points of weight 0.
 struct Rule {
-    table: Table,
+    degree: usize,
+    knots: Arc<[f64]>,
+    count: usize,
     weights: Vec<f64>,
+    /// A line for each control point.
+    values: Vec<f64>,
+    slopes: Vec<f64>,
 }
 
 impl Rule {
@@ -246,12 +263,24 @@ impl Rule {
         let breaks = breaks(degree, knots);
         let rule = gauss::rule(points);
         let both = breaks.windows(2).flat_map(|part| rule.iter().map(move |&(x, w)| (part[0] + x * (part[1] - part[0]), w * (part[1] - part[0]))));
-        let (parameters, weights): (Vec<f64>, Vec<f64>) = both.unzip();
-        Rule { table: Table::new(degree, knots, parameters.into_iter()), weights }
+        let (mut parameters, mut weights): (Vec<f64>, Vec<f64>) = both.unzip();
+        let count = weights.len();
+        let line = padded(count);
+        parameters.resize(line, parameters[0]);
+        weights.resize(line, 0.0);
+        let size = line * (knots.len() - degree - 1);
+        let (mut values, mut slopes) = (vec![0.0; size], vec![0.0; size]);
+        for (k, sample) in Table::new(degree, knots, parameters.into_iter()).samples().iter().enumerate() {
+            for r in 0..=degree {
+                values[(sample.first + r) * line + k] = sample.value[r];
+                slopes[(sample.first + r) * line + k] = sample.slope[r];
+            }
+        }
+        Rule { degree, knots: knots.clone(), count, weights, values, slopes }
     }
 
-    fn points(&self) -> impl Iterator<Item = (&Sample, f64)> {
-        self.table.samples().iter().zip(self.weights.iter().copied())
+    fn fits(&self, degree: usize, knots: &Arc<[f64]>) -> bool {
+        self.degree == degree && (Arc::ptr_eq(&self.knots, knots) || self.knots == *knots)
     }
 }
 

@@ -71,6 +71,39 @@ pub fn axpy2(y: &mut [f64], [f, g]: [f64; 2], [x, z]: [&[f64]; 2]) {
     y_rest.iter_mut().zip(x_rest.iter().zip(z_rest)).for_each(|(y, (x, z))| *y = (*y + f * x) + g * z);
 }
 
+/// Sum of rows, each times a factor: `entries` are (row, factor), rows `line` long. All lengths are padded.
+#[inline(always)]
+pub fn combine(out: &mut [f64], entries: &[(usize, f64)], rows: &[f64], line: usize) {
+    let mut at = 0;
+    let (wide, rest) = out.as_chunks_mut::<32>();
+    for out in wide {
+        *out = combined(entries, rows, line, at);
+        at += 32;
+    }
+    let (middle, rest) = rest.as_chunks_mut::<16>();
+    for out in middle {
+        *out = combined(entries, rows, line, at);
+        at += 16;
+    }
+    for out in rest.as_chunks_mut::<8>().0 {
+        *out = combined(entries, rows, line, at);
+        at += 8;
+    }
+}
+
+/// So many columns of `combine`, from `at` on: few enough to be kept in vector registers.
+#[inline(always)]
+fn combined<const N: usize>(entries: &[(usize, f64)], rows: &[f64], line: usize, at: usize) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for &(row, f) in entries {
+        let row = rows[row * line + at..].first_chunk::<N>().expect("rows are padded");
+        for k in 0..N {
+            sum[k] += f * row[k];
+        }
+    }
+    sum
+}
+
 /// The angle between two unit vectors, exact also near 0 and π. Radians.
 pub fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))

@@ -297,45 +297,63 @@ impl NurbsSurface {
 
     /// Point, first and second derivatives at `(u, v)` (eq. 4.20).
     pub fn jet2(&self, u: f64, v: f64) -> Jet2 {
-        let a = self.homogeneous(u, v, 2);
-        let w = a[0][0].w;
-        let p = a[0][0].truncate() / w;
-        let du = (a[1][0].truncate() - a[1][0].w * p) / w;
-        let dv = (a[0][1].truncate() - a[0][1].w * p) / w;
-        Jet2 {
-            p,
-            du,
-            dv,
-            duu: (a[2][0].truncate() - 2.0 * a[1][0].w * du - a[2][0].w * p) / w,
-            duv: (a[1][1].truncate() - a[1][0].w * dv - a[0][1].w * du - a[1][1].w * p) / w,
-            dvv: (a[0][2].truncate() - 2.0 * a[0][1].w * dv - a[0][2].w * p) / w,
-        }
+        self.jets2(std::iter::once(u), v).next().expect("one parameter, one jet")
     }
 
-    /// `[k][l]`: derivative k times in u and l times in v of (weight · point, weight), for
-    /// `k + l <= order`; the other entries are zero.
-    fn homogeneous(&self, u: f64, v: f64, order: usize) -> [[DVec4; 3]; 3] {
+    /// The same at several u of one v.
+    pub fn jets2(&self, us: impl Iterator<Item = f64>, v: f64) -> impl Iterator<Item = Jet2> {
+        let ([p, q], nv) = (self.degree, self.size()[1]);
+        let sv = span(q, &self.knots[1], v);
+        let bv = basis(q, &self.knots[1], sv, v, 2);
+        // of each row of control points: (weight · point, weight) and its derivatives in v
+        let mut rows = vec![[DVec4::ZERO; 3]; self.size()[0]];
+        for (u, row) in rows.iter_mut().enumerate() {
+            for c in 0..=q {
+                let at = u * nv + sv - q + c;
+                let w = self.weights[at];
+                let h = (self.points[at] * w).extend(w);
+                (0..3).for_each(|l| row[l] += bv[l][c] * h);
+            }
+        }
+        us.map(move |u| {
+            let su = span(p, &self.knots[0], u);
+            let bu = basis(p, &self.knots[0], su, u, 2);
+            let sum = |k: usize, l: usize| (0..=p).fold(DVec4::ZERO, |sum, r| sum + bu[k][r] * rows[su - p + r][l]);
+            let [a, au, av, auu, auv, avv] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]].map(|[k, l]| sum(k, l));
+            let w = a.w;
+            let p = a.truncate() / w;
+            let du = (au.truncate() - au.w * p) / w;
+            let dv = (av.truncate() - av.w * p) / w;
+            Jet2 {
+                p,
+                du,
+                dv,
+                duu: (auu.truncate() - 2.0 * au.w * du - auu.w * p) / w,
+                duv: (auv.truncate() - au.w * dv - av.w * du - auv.w * p) / w,
+                dvv: (avv.truncate() - 2.0 * av.w * dv - avv.w * p) / w,
+            }
+        })
+    }
+
+    /// Derivatives of (weight · point, weight), `[k][l]` k times in u and l times in v, up to `order` (at most 1) in all.
+    fn homogeneous(&self, u: f64, v: f64, order: usize) -> [[DVec4; 2]; 2] {
         let [p, q] = self.degree;
         let nv = self.size()[1];
         let (su, sv) = (span(p, &self.knots[0], u), span(q, &self.knots[1], v));
         let bu = basis(p, &self.knots[0], su, u, order);
         let bv = basis(q, &self.knots[1], sv, v, order);
-        let mut a = [[DVec4::ZERO; 3]; 3];
+        let mut a = [[DVec4::ZERO; 2]; 2];
         for r in 0..=p {
             let at = (su - p + r) * nv + sv - q;
-            let mut row = [DVec4::ZERO; 3];
+            let mut row = [DVec4::ZERO; 2];
             for c in 0..=q {
                 let w = self.weights[at + c];
                 let h = (self.points[at + c] * w).extend(w);
-                for l in 0..=order {
-                    row[l] += bv[l][c] * h;
-                }
+                (0..=order).for_each(|l| row[l] += bv[l][c] * h);
             }
-            for k in 0..=order {
-                for l in 0..=order - k {
-                    a[k][l] += bu[k][r] * row[l];
-                }
-            }
+            a[0][0] += bu[0][r] * row[0];
+            a[0][1] += bu[0][r] * row[1];
+            a[1][0] += bu[1][r] * row[0];
         }
         a
     }

@@ -2,37 +2,162 @@
 //! (nodes run side by side, and the result must not depend on threads).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::perm::Perm;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::amd;
-use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
+use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Mat, Par, Side};
 use std::ops::Range;
 
-/// An order of elimination.
-pub struct Order(Perm<usize>);
+/// The pattern of symmetric matrices whose numbers come in blocks that meet in cliques, with an order of elimination of little fill.
+/// Blocks are dense. The lower triangle is kept, column by column in the order of elimination.
+pub struct Blocks {
+    /// Of each block: its place among the blocks in the order of elimination, and that of its first number among the numbers.
+    places: Vec<usize>,
+    firsts: Vec<usize>,
+    /// By place: the blocks behind it that it meets, as (place, rows of the column before that block's).
+    below: Vec<Vec<(usize, usize)>>,
+    /// Number at each place of the order of elimination.
+    order: Vec<usize>,
+    pattern: SymbolicSparseColMat<usize>,
+    factor: SymbolicCholesky<usize>,
+}
 
-impl Order {
-    /// One of little fill for unknowns in blocks that fill the numbers from 0 on in turn. All blocks of a clique meet.
-    pub fn of_blocks<const N: usize>(blocks: &[Range<usize>], cliques: impl Iterator<Item = [usize; N]>) -> Result<Order, String> {
-        let mut graph = Symmetric::default();
-        for clique in cliques {
-            for a in clique {
-                clique.into_iter().for_each(|b| graph.add(a, b, 1.0));
+impl Blocks {
+    /// Blocks fill the numbers from 0 on in turn. All blocks of a clique are different, and meet.
+    pub fn new<const N: usize>(blocks: &[Range<usize>], cliques: impl Iterator<Item = [usize; N]>) -> Result<Blocks, String> {
+        let mut meetings: Vec<(usize, usize)> = cliques.flat_map(|c| c.into_iter().flat_map(move |a| c.into_iter().map(move |b| (a, b)))).collect();
+        meetings.extend((0..blocks.len()).map(|a| (a, a)));
+        let (order, places) = order(blocks.len(), &mut meetings)?;
+        // by place, in both directions
+        meetings.iter_mut().for_each(|(a, b)| (*a, *b) = (places[*a], places[*b]));
+        meetings.sort_unstable();
+        let sizes: Vec<usize> = order.iter().map(|&b| blocks[b].len()).collect();
+        let mut starts = vec![0];
+        starts.extend(sizes.iter().scan(0, |sum, size| {
+            *sum += size;
+            Some(*sum)
+        }));
+        let n = starts[sizes.len()];
+        // each pair of blocks stands in the lower triangle once, and all of them in both directions
+        let most = meetings.iter().map(|m| sizes[m.0] * sizes[m.1]).sum::<usize>() / 2 + n;
+        let mut below = Vec::with_capacity(sizes.len());
+        let [mut lower, mut upper] = [0, 1].map(|_| Columns { ends: Vec::with_capacity(n), rows: Vec::with_capacity(most) });
+        for met in meetings.chunk_by(|a, b| a.0 == b.0) {
+            let place = met[0].0;
+            let own = met.partition_point(|m| m.1 < place);
+            let mut rows = sizes[place];
+            let behind = met[own + 1..].iter().map(|&(_, other)| {
+                rows += sizes[other];
+                (other, rows - sizes[other])
+            });
+            below.push(behind.collect());
+            let numbers = |m: &(usize, usize)| starts[m.1]..starts[m.1 + 1];
+            for k in starts[place]..starts[place + 1] {
+                lower.rows.extend(k..starts[place + 1]);
+                met[own + 1..].iter().for_each(|m| lower.rows.extend(numbers(m)));
+                lower.ends.push(lower.rows.len());
+                met[..own].iter().for_each(|m| upper.rows.extend(numbers(m)));
+                upper.rows.extend(starts[place]..=k);
+                upper.ends.push(upper.rows.len());
             }
         }
-        let graph = graph.assemble(blocks.len());
-        let [mut order, mut place] = [0, 1].map(|_| vec![0; blocks.len()]);
-        let mut room = MemBuffer::new(amd::order_scratch::<usize>(blocks.len(), graph.compute_nnz()));
-        amd::order(&mut order, &mut place, graph.symbolic(), Default::default(), MemStack::new(&mut room))
-            .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
-        let order: Vec<usize> = order.into_iter().flat_map(|block| blocks[block].clone()).collect();
-        let mut place = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(k, &number)| place[number] = k);
-        let n = order.len();
-        Ok(Order(Perm::new_checked(order.into(), place.into(), n)))
+        // corners and edges come with blocks of numbers each: dense kernels pay at any size
+        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
+        let factor = factorize_symbolic_cholesky(upper.pattern(n).as_ref(), Side::Upper, SymmetricOrdering::Identity, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let firsts = places.iter().map(|&place| starts[place]).collect();
+        let order = order.into_iter().flat_map(|b| blocks[b].clone()).collect();
+        Ok(Blocks { places, firsts, below, order, pattern: lower.pattern(n), factor })
     }
+
+    /// A matrix of zeros with this pattern.
+    pub fn zeros(&self) -> Vec<f64> {
+        vec![0.0; self.pattern.compute_nnz()]
+    }
+
+    /// Add to a matrix of this pattern the lower triangle of a matrix over the blocks of a clique, in this order: row k of it is
+    /// `row(k)`, at least k + 1 long.
+    pub fn add<'a>(&self, values: &mut [f64], blocks: &[Range<usize>], clique: &[usize], row: impl Fn(usize) -> &'a [f64]) {
+        let mut first_row = 0;
+        for (k, &a) in clique.iter().enumerate() {
+            let mut first_column = 0;
+            for &b in &clique[..=k] {
+                let (rows, columns) = (blocks[a].len(), blocks[b].len());
+                for i in 0..rows {
+                    let from = &row(first_row + i)[first_column..];
+                    if a == b {
+                        (0..=i).for_each(|j| values[self.pattern.col_ptr()[self.firsts[a] + j] + i - j] += from[j]);
+                    } else if self.places[a] > self.places[b] {
+                        (0..columns).for_each(|j| values[self.at(b, j, a) + i] += from[j]);
+                    } else {
+                        let at = self.at(a, i, b);
+                        values[at..at + columns].iter_mut().zip(from).for_each(|(x, y)| *x += y);
+                    }
+                }
+                first_column += columns;
+            }
+            first_row += blocks[a].len();
+        }
+    }
+
+    /// Where column `j` of a block has its first number of a block behind it.
+    fn at(&self, block: usize, j: usize, other: usize) -> usize {
+        let below = &self.below[self.places[block]];
+        let found = below.binary_search_by_key(&self.places[other], |b| b.0).expect("the blocks of a clique meet");
+        self.pattern.col_ptr()[self.firsts[block] + j] + below[found].1 - j
+    }
+
+    /// Solve for one right-hand side, both in the numbers' own order.
+    pub fn solve(&self, values: &[f64], rhs: &[f64]) -> Result<Vec<f64>, String> {
+        let matrix = SparseColMatRef::new(self.pattern.as_ref(), values);
+        let mut x = Mat::from_fn(rhs.len(), 1, |k, _| rhs[self.order[k]]);
+        solve(&self.factor, matrix, &mut x)?;
+        let mut out = vec![0.0; rhs.len()];
+        self.order.iter().enumerate().for_each(|(k, &number)| out[number] = x[(k, 0)]);
+        Ok(out)
+    }
+}
+
+/// An order of little fill for so many unknowns that meet in these pairs (which are sorted here), and the place of each in it.
+fn order(n: usize, meetings: &mut Vec<(usize, usize)>) -> Result<(Vec<usize>, Vec<usize>), String> {
+    meetings.sort_unstable();
+    meetings.dedup();
+    let mut columns = Columns::default();
+    for met in meetings.chunk_by(|a, b| a.0 == b.0) {
+        columns.rows.extend(met.iter().map(|m| m.1).filter(|&row| row >= met[0].0));
+        columns.ends.push(columns.rows.len());
+    }
+    let pattern = columns.pattern(n);
+    let [mut order, mut places] = [0, 1].map(|_| vec![0; n]);
+    let mut room = MemBuffer::new(amd::order_scratch::<usize>(n, pattern.compute_nnz()));
+    amd::order(&mut order, &mut places, pattern.as_ref(), Default::default(), MemStack::new(&mut room)).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+    Ok((order, places))
+}
+
+/// A pattern under assembly, column by column.
+#[derive(Default)]
+struct Columns {
+    ends: Vec<usize>,
+    rows: Vec<usize>,
+}
+
+impl Columns {
+    fn pattern(self, n: usize) -> SymbolicSparseColMat<usize> {
+        let starts = std::iter::once(0).chain(self.ends).collect();
+        SymbolicSparseColMat::new_checked(n, n, starts, None, self.rows)
+    }
+}
+
+/// Factorise, and solve in place.
+fn solve(symbolic: &SymbolicCholesky<usize>, matrix: SparseColMatRef<usize, f64>, x: &mut Mat<f64>) -> Result<(), String> {
+    let mut values = vec![0.0; symbolic.len_val()];
+    let room = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()).or(symbolic.solve_in_place_scratch::<f64>(x.ncols(), Par::Seq));
+    let mut room = MemBuffer::new(room);
+    let factor = symbolic
+        .factorize_numeric_llt(&mut values, matrix, Side::Lower, Default::default(), Par::Seq, MemStack::new(&mut room), Default::default())
+        .map_err(|e| format!("the matrix is not positive definite: {e:?}"))?;
+    factor.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
+    Ok(())
 }
 
 /// A symmetric matrix under assembly: entries of the lower triangle, duplicates are added.
@@ -50,24 +175,13 @@ impl Symmetric {
         }
     }
 
-    /// Solve for several right-hand sides at once; `rhs` is n rows by k columns, row-major rows. `order` is an order of
-    /// elimination; without one, one of little fill is looked for.
-    pub fn solve(&self, n: usize, rhs: &Mat<f64>, order: Option<&Order>) -> Result<Mat<f64>, String> {
+    /// Solve for several right-hand sides at once, one a column.
+    pub fn solve(&self, n: usize, mut rhs: Mat<f64>) -> Result<Mat<f64>, String> {
         let matrix = self.assemble(n);
-        // corners and edges come with blocks of numbers each: dense kernels pay at any size
         let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
-        let order = order.map_or(SymmetricOrdering::Amd, |order| SymmetricOrdering::Custom(order.0.as_ref()));
-        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, order, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
-        let mut values = vec![0.0; symbolic.len_val()];
-        let room =
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()).or(symbolic.solve_in_place_scratch::<f64>(rhs.ncols(), Par::Seq));
-        let mut room = MemBuffer::new(room);
-        let factor = symbolic
-            .factorize_numeric_llt(&mut values, matrix.as_ref(), Side::Lower, Default::default(), Par::Seq, MemStack::new(&mut room), Default::default())
-            .map_err(|e| format!("the matrix is not positive definite: {e:?}"))?;
-        let mut x = rhs.clone();
-        factor.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
-        Ok(x)
+        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        solve(&symbolic, matrix.as_ref(), &mut rhs)?;
+        Ok(rhs)
     }
 
     /// Column by column, rows ascending, duplicates added in the order they came.

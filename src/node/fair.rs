@@ -119,7 +119,7 @@ fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize, hol
         matrix.add(slot[v], slot[v], hold * hold);
         rhs[(slot[v], 0)] += hold * hold * mesh.points[v].length();
     }
-    let t = matrix.solve(count, &rhs, None)?;
+    let t = matrix.solve(count, rhs)?;
     for v in (0..slot.len()).filter(|&v| slot[v] != usize::MAX) {
         let t = t[(slot[v], 0)];
         if t.is_nan() || t <= 0.0 {
@@ -148,7 +148,7 @@ fn in_space(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize) -> Re
             }
         }
     }
-    let x = matrix.solve(count, &rhs, None)?;
+    let x = matrix.solve(count, rhs)?;
     for v in (0..slot.len()).filter(|&v| slot[v] != usize::MAX) {
         mesh.points[v] = DVec3::new(x[(slot[v], 0)], x[(slot[v], 1)], x[(slot[v], 2)]);
     }

@@ -26,7 +26,7 @@ pub struct Figures {
 
 /// Measure a skin with so many samples as a run can afford.
 pub fn measure(skin: &Skin, star: &Star) -> Figures {
-    let of = |surface| U.into_iter().flat_map(move |u| V.map(|v| fairness::concave(surface, u, v)));
+    let of = |surface| V.map(|v| fairness::concave(surface, U.into_iter(), v));
     let concave = skin.patches.iter().flat_map(|patch| of(&patch.surface)).fold(0.0, f64::max);
     let [added, removed] = volumes(skin, star, POINTS);
     Figures { concave, added, removed }

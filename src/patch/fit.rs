@@ -10,23 +10,19 @@
 
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
-use crate::math::sparse::{Order, Symmetric};
-use crate::math::{Loops, axpy, axpy2, padded, vectorised};
-use crate::node::{Film, Sampler};
+use crate::math::sparse::Blocks;
+use crate::math::{Loops, axpy, axpy2, combine, padded, vectorised};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
 use crate::patch::map::SectorMap;
-use faer::Mat;
-use glam::DVec3;
+use crate::patch::sampled::{Sampled, SectorSamples, snake};
+use std::ops::Range;
 
 /// Weight of the thin-plate energy, in r². Measured: at 1e-5 and above the fit error grows, below 1e-7 thin sectors ripple.
 const FAIRNESS: f64 = 1e-6;
 
-/// The steepest film (cosine between normal and ray) that still counts in full.
-const LEAST_FACING: f64 = 0.05;
-
 /// Rows of each patch, from the rim on, that are the strut: there w is the strut's own gauge, whatever the free numbers.
-const RIM_ROWS: usize = 2;
+pub(super) const RIM_ROWS: usize = 2;
 
 /// Thinnest sector (radians, node radii) for the fairness weight, which grows with the fourth power of thinness.
 const LEAST_WIDTH: f64 = 0.02;
@@ -51,7 +47,9 @@ pub struct Problem<'a> {
     radials: Vec<RadialForms>,
     sectors: Vec<SectorProblem>,
     samples: &'a Samples,
-    order: Order,
+    /// Of corners, creases and radials, and their numbers.
+    blocks: Blocks,
+    ranges: Vec<Range<usize>>,
 }
 
 /// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
@@ -73,20 +71,20 @@ struct SectorProblem {
 }
 
 impl<'a> Problem<'a> {
-    /// Sample the film for all sectors of a node.
-    pub fn new(tables: &'a Tables, samples: &'a Samples, layout: &'a Layout, film: &Film) -> Result<Self, String> {
+    /// The equations of all sectors of a node.
+    pub fn new(tables: &'a Tables, samples: &'a Samples, layout: &'a Layout, sampled: &Sampled) -> Result<Self, String> {
         let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
         let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
-        let order = order(tables, layout)?;
-        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples, order };
-        let mut sampler = film.sampler();
-        for (index, sector) in layout.sectors.iter().enumerate() {
+        let ranges = ranges(tables, layout);
+        let blocks = Blocks::new(&ranges, (0..layout.sectors.len()).map(|k| meeting(layout, k)))?;
+        let mut problem = Problem { tables, layout, creases, radials, sectors: Vec::with_capacity(layout.sectors.len()), samples, blocks, ranges };
+        for (index, (sector, seen)) in layout.sectors.iter().zip(&sampled.sectors).enumerate() {
             let map = SectorMap::new(layout, index);
             let mut border = problem.crease_numbers(sector.crease);
             border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
-            let own = own_gauge(tables, &map);
+            let own = seen.own.clone();
             let deviation = deviation(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
-            let Energy { energy, pull, area, bends } = Energy::new(tables, samples, &map, &own, &mut sampler, layout.fine)?;
+            let Energy { energy, pull, area, bends } = Energy::new(tables, samples, &map, seen, layout.fine);
             problem.sectors.push(SectorProblem { border, own, deviation, energy, pull, area, bends });
         }
         Ok(problem)
@@ -100,7 +98,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Global numbers of a radial's own.
-    fn radial_free(&self, k: usize) -> std::ops::Range<usize> {
+    fn radial_free(&self, k: usize) -> Range<usize> {
         let free = self.tables.radial_free();
         let at = JET * self.layout.corners.len() + self.tables.crease_free() * self.layout.creases.len() + free * k;
         at..at + free
@@ -108,25 +106,20 @@ impl<'a> Problem<'a> {
 
     /// The skin of least error, with weight `stiffness` (r²) on the second differences of the control nets.
     pub fn solve(&self, stiffness: f64) -> Result<Fit, String> {
-        let total = self.radial_free(self.layout.radials.len()).start;
-        let mut matrix = Symmetric::default();
-        let mut rhs = Mat::<f64>::zeros(total, 1);
+        let mut matrix = self.blocks.zeros();
+        let mut rhs = vec![0.0; self.radial_free(self.layout.radials.len()).start];
         let mut inner = Vec::with_capacity(self.sectors.len());
         let mut scratch = Scratch::default();
-        for sector in &self.sectors {
+        for (k, sector) in self.sectors.iter().enumerate() {
             let (nb, line) = (1 + sector.border.len(), padded(sector.width(self.samples)));
             let normal = vectorised(Reduction { sector, samples: self.samples, stiffness, scratch: &mut scratch })?;
-            for (a, &ga) in sector.border.iter().enumerate() {
-                let row = &normal[(a + 1) * line..(a + 1) * line + nb];
-                rhs[(ga, 0)] -= row[0];
-                for (&gb, &value) in sector.border[..=a].iter().zip(&row[1..]) {
-                    matrix.add(ga.max(gb), ga.min(gb), value);
-                }
-            }
+            let row = |a: usize| &normal[(a + 1) * line..(a + 2) * line];
+            sector.border.iter().enumerate().for_each(|(a, &number)| rhs[number] -= row(a)[0]);
+            self.blocks.add(&mut matrix, &self.ranges, &meeting(self.layout, k), |a| &row(a)[1..]);
             inner.push(normal[nb * line..].to_vec());
         }
-        let x = matrix.solve(total, &rhs, Some(&self.order))?;
-        let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[(k, 0)]).sum::<f64>();
+        let x = self.blocks.solve(&matrix, &rhs)?;
+        let value = |form: &Form, numbers: &[usize]| form[0] + form[1..].iter().zip(numbers).map(|(f, &k)| f * x[k]).sum::<f64>();
         let radial_numbers = |k: usize| -> Vec<usize> {
             let corner = self.layout.radials[k].corner;
             (JET * corner..JET * (corner + 1)).chain(self.radial_free(k)).collect()
@@ -135,7 +128,7 @@ impl<'a> Problem<'a> {
             sectors: self.sectors.iter().zip(&inner).map(|(sector, inner)| sector.gauge(self.samples, inner, &x)).collect(),
             creases: self.creases.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &self.crease_numbers(k))).collect()).collect(),
             radials: self.radials.iter().enumerate().map(|(k, f)| f.w.iter().map(|w| value(w, &radial_numbers(k))).collect()).collect(),
-            corners: (0..self.layout.corners.len()).map(|k| x[(JET * k, 0)]).collect(),
+            corners: (0..self.layout.corners.len()).map(|k| x[JET * k]).collect(),
         })
     }
 }
@@ -147,9 +140,9 @@ impl SectorProblem {
     }
 
     /// All coefficients from the border numbers `x` and the eliminated rows of the inner numbers.
-    fn gauge(&self, samples: &Samples, inner: &[f64], x: &Mat<f64>) -> Vec<f64> {
+    fn gauge(&self, samples: &Samples, inner: &[f64], x: &[f64]) -> Vec<f64> {
         let mut numbers = vec![1.0];
-        numbers.extend(self.border.iter().map(|&k| x[(k, 0)]));
+        numbers.extend(self.border.iter().map(|&k| x[k]));
         let mut w = self.own.clone();
         let (outer, rest) = samples.values.split_at(samples.outer);
         for (&number, column) in numbers.iter().zip(self.deviation.columns()) {
@@ -165,21 +158,23 @@ impl SectorProblem {
     }
 }
 
-/// The order in which the numbers of corners, creases and radials are eliminated: those of a sector all meet.
-fn order(tables: &Tables, layout: &Layout) -> Result<Order, String> {
-    let (nc, nk, nr) = (layout.corners.len(), layout.creases.len(), layout.radials.len());
-    let sizes = [(nc, JET), (nk, tables.crease_free()), (nr, tables.radial_free())];
+/// The numbers of the corners, the creases and the radials.
+fn ranges(tables: &Tables, layout: &Layout) -> Vec<Range<usize>> {
+    let sizes = [(layout.corners.len(), JET), (layout.creases.len(), tables.crease_free()), (layout.radials.len(), tables.radial_free())];
     let mut end = 0;
-    let block = |size: usize| {
+    let range = |size: usize| {
         end += size;
         end - size..end
     };
-    let blocks: Vec<_> = sizes.into_iter().flat_map(|(count, size)| std::iter::repeat_n(size, count)).map(block).collect();
-    let cliques = layout.sectors.iter().map(|s| {
-        let ([a, b], [c, d]) = (layout.creases[s.crease].corners, s.radials);
-        [a, b, nc + s.crease, nc + nk + c, nc + nk + d]
-    });
-    Order::of_blocks(&blocks, cliques)
+    sizes.into_iter().flat_map(|(count, size)| std::iter::repeat_n(size, count)).map(range).collect()
+}
+
+/// Which of these meet in a sector, in the order of its border numbers.
+fn meeting(layout: &Layout, sector: usize) -> [usize; 5] {
+    let (nc, nk) = (layout.corners.len(), layout.creases.len());
+    let s = &layout.sectors[sector];
+    let ([a, b], [c, d]) = (layout.creases[s.crease].corners, s.radials);
+    [a, b, nc + s.crease, nc + nk + c, nc + nk + d]
 }
 
 /// A sector's equations, its inner numbers eliminated.
@@ -234,28 +229,6 @@ fn eliminate(normal: &mut [f64], width: usize, nb: usize) -> Result<(), String> 
 #[inline(always)]
 fn positive(pivot: f64) -> Result<f64, String> {
     if pivot > 0.0 { Ok(pivot) } else { Err(format!("a patch's own equations are singular (pivot {pivot:e})")) }
-}
-
-/// Bernstein coefficients of the strut's own gauge on a sector: |E_rim| / r for a cylinder, less what a cone grows by.
-fn own_gauge(tables: &Tables, map: &SectorMap) -> Vec<f64> {
-    let n = tables.q + 1;
-    let nodes = &tables.interpolation.nodes;
-    let rim = tables.interpolation.coefficients(&nodes.iter().map(|&s| map.rim_length(s)).collect::<Vec<_>>());
-    let radial = map.start();
-    if radial.taper == 0.0 {
-        return rim.into_iter().flat_map(|w| std::iter::repeat_n(w / radial.radius, n)).collect();
-    }
-    // the height is a polynomial: first along v, then along s
-    let heights: Vec<Vec<f64>> =
-        nodes.iter().map(|&s| tables.columns.coefficients(&tables.columns.nodes.iter().map(|&v| map.height_at(s, v)).collect::<Vec<_>>())).collect();
-    let mut out = vec![0.0; (tables.p + 1) * n];
-    for iv in 0..n {
-        let row: Vec<f64> = heights.iter().map(|h| h[iv]).collect();
-        for (is, height) in tables.interpolation.coefficients(&row).into_iter().enumerate() {
-            out[is * n + iv] = (rim[is] - radial.taper * height) / radial.radius;
-        }
-    }
-    out
 }
 
 /// No fit at all: each sector the cylinder of its strut, w = w2. Of cylinders of one radius only: others do not meet on the cells' sides.
@@ -324,8 +297,8 @@ fn is_inner(tables: &Tables, is: usize, iv: usize) -> bool {
 
 /// Sample parameters and tables at them, the same for every patch of a degree. Matrices are flat, row by row.
 pub struct Samples {
-    along: Direction,
-    across: Direction,
+    pub(super) along: Direction,
+    pub(super) across: Direction,
     /// The control values behind the `RIM_ROWS`, `is * (q + 1) + iv`: outer ones first, so many, then the inner ones (`is_inner`).
     values: Vec<usize>,
     outer: usize,
@@ -340,13 +313,13 @@ pub struct Samples {
 }
 
 /// Sample parameters of one direction of the patches, and the basis at them.
-struct Direction {
+pub(super) struct Direction {
     /// (parameter, weight).
-    rule: Vec<(f64, f64)>,
+    pub(super) rule: Vec<(f64, f64)>,
     /// Basis values, `[sample * n + i]`.
-    basis: Vec<f64>,
+    pub(super) basis: Vec<f64>,
     /// Value and slope at each sample of the polynomial that is 1 at one node of the direction map, `[sample * nodes + node]`.
-    lagrange: [Vec<f64>; 2],
+    pub(super) lagrange: [Vec<f64>; 2],
     /// Gram matrices of the basis, its first and its second derivatives.
     gram: [Vec<f64>; 3],
 }
@@ -385,40 +358,6 @@ impl Samples {
         let bends = bends(tables, &values, outer.len(), |_| 1.0);
         let sources = sources(&values, outer.len(), n, gram_rows[0].len());
         Samples { along, across, values, outer: outer.len(), sources, products, gram_rows, bends }
-    }
-
-    /// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at as many nodes as fix
-    /// the polynomial that it is. The map is regular, so the sign of its volume is known.
-    fn directions(&self, tables: &Tables, map: &SectorMap) -> Vec<(DVec3, f64)> {
-        let [s_nodes, v_nodes] = [0, 1].map(|k| &tables.map[k].nodes);
-        let (np, n, m) = (s_nodes.len(), v_nodes.len(), self.along.rule.len());
-        let [value, slope] = &self.along.lagrange;
-        // along s first: `[sample * n + node of v]`, Y and its derivative by s
-        let mut along = vec![[DVec3::ZERO; 2]; m * n];
-        for (k, &s) in s_nodes.iter().enumerate() {
-            for (l, &v) in v_nodes.iter().enumerate() {
-                let y = map.y(s, v);
-                for a in 0..m {
-                    let [at, by_s] = &mut along[a * n + l];
-                    *at += value[a * np + k] * y;
-                    *by_s += slope[a * np + k] * y;
-                }
-            }
-        }
-        let [value, slope] = &self.across.lagrange;
-        let mut out = Vec::with_capacity(m * self.across.rule.len());
-        for row in along.chunks_exact(n) {
-            for (value, slope) in value.chunks_exact(n).zip(slope.chunks_exact(n)) {
-                let (mut y, mut by_s, mut by_v) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-                for (&[at, at_s], (f, d)) in row.iter().zip(value.iter().zip(slope)) {
-                    y += *f * at;
-                    by_s += *f * at_s;
-                    by_v += *d * at;
-                }
-                out.push((y, y.dot(by_s.cross(by_v)).abs() / y.length().powi(3)));
-            }
-        }
-        out
     }
 }
 
@@ -497,39 +436,6 @@ impl Loops for Quadratic<'_> {
     }
 }
 
-/// Sum of rows, each times a factor: `entries` are (row, factor), rows `line` long. All lengths are padded.
-#[inline(always)]
-fn combine(out: &mut [f64], entries: &[(usize, f64)], rows: &[f64], line: usize) {
-    let mut at = 0;
-    let (wide, rest) = out.as_chunks_mut::<32>();
-    for out in wide {
-        *out = combined(entries, rows, line, at);
-        at += 32;
-    }
-    let (middle, rest) = rest.as_chunks_mut::<16>();
-    for out in middle {
-        *out = combined(entries, rows, line, at);
-        at += 16;
-    }
-    for out in rest.as_chunks_mut::<8>().0 {
-        *out = combined(entries, rows, line, at);
-        at += 8;
-    }
-}
-
-/// So many columns of `combine`, from `at` on: few enough to be kept in vector registers.
-#[inline(always)]
-fn combined<const N: usize>(entries: &[(usize, f64)], rows: &[f64], line: usize, at: usize) -> [f64; N] {
-    let mut sum = [0.0; N];
-    for &(row, f) in entries {
-        let row = rows[row * line + at..].first_chunk::<N>().expect("rows are padded");
-        for k in 0..N {
-            sum[k] += f * row[k];
-        }
-    }
-    sum
-}
-
 /// A square matrix, row by row.
 fn square(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     (0..n * n).map(|k| entry(k / n, k % n)).collect()
@@ -545,56 +451,33 @@ struct Energy {
 
 impl Energy {
     /// With `scaled`, fairness and stiffness count what the surface moves, not what w does.
-    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, own: &[f64], sampler: &mut Sampler, scaled: bool) -> Result<Energy, String> {
+    fn new(tables: &Tables, samples: &Samples, map: &SectorMap, seen: &SectorSamples, scaled: bool) -> Energy {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
         let m = samples.across.rule.len();
-        let size = np * rows;
-        let line = padded(m);
-        // squared distance to the film: weight and target at each sample
-        let directions = samples.directions(tables, map);
-        let mut weights = vec![0.0; samples.along.rule.len() * line];
-        let mut pull = vec![0.0; size];
-        let mut moves = vec![1.0; samples.along.rule.len() * m];
-        let mut own_at_s = vec![0.0; n];
+        let mut pull = vec![0.0; np * rows];
         let mut pull_at_s = vec![0.0; rows];
-        for (a, &(_, ws)) in samples.along.rule.iter().enumerate() {
-            let along = &samples.along.basis[a * np..(a + 1) * np];
-            own_at_s.fill(0.0);
+        for (a, basis) in samples.along.basis.chunks_exact(np).enumerate() {
             pull_at_s.fill(0.0);
-            along.iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
-            for step in 0..m {
-                let b = if a % 2 == 0 { step } else { m - 1 - step };
-                let (y, solid_angle) = directions[a * m + b];
-                let all = &samples.across.basis[b * n..(b + 1) * n];
-                let own: f64 = all.iter().zip(&own_at_s).map(|(f, x)| f * x).sum();
-                let hit = sampler.hit(y).ok_or("a ray from the node misses the film")?;
-                let (rho, length) = (hit.distance, y.length());
-                let facing = hit.normal.dot(y / length).max(LEAST_FACING);
-                let area = solid_angle * rho * rho / facing;
-                // squared distance along the normal that the surface moves per unit of w
-                let move_sq = (rho * rho / length * facing).powi(2);
-                if scaled {
-                    moves[a * m + b] = move_sq * map.start().radius.powi(2);
-                }
-                let weight = move_sq * ws * samples.across.rule[b].1 * area;
-                weights[a * line + b] = weight;
-                axpy(&mut pull_at_s, weight * (length / rho - own), &all[RIM_ROWS..]);
+            for b in snake(a, m) {
+                axpy(&mut pull_at_s, seen.weights[a * padded(m) + b] * seen.targets[a * m + b], &samples.across.basis[b * n + RIM_ROWS..(b + 1) * n]);
             }
-            along.iter().zip(pull.chunks_exact_mut(rows)).for_each(|(f, column)| axpy(column, *f, &pull_at_s));
+            basis.iter().zip(pull.chunks_exact_mut(rows)).for_each(|(f, column)| axpy(column, *f, &pull_at_s));
         }
+        // what the surface moves per unit of w, in radii of the strut
+        let moves: Vec<f64> = if scaled { seen.moves.iter().map(|x| x * map.start().radius.powi(2)).collect() } else { vec![] };
         // energies of what w is beyond the strut's own gauge, in cylinder coordinates of the strut
         let (dphi, deta, w2) = map.extent();
         let (dphi, deta) = (dphi.clamp(LEAST_WIDTH, 1.0), deta.clamp(LEAST_WIDTH, 1.0));
         let area = dphi * deta / (w2 * w2);
-        let mean_move = if scaled { (moves.iter().map(|x: &f64| x.ln()).sum::<f64>() / moves.len() as f64).exp() } else { 1.0 };
+        let mean_move = if scaled { (moves.iter().map(|x| x.ln()).sum::<f64>() / moves.len() as f64).exp() } else { 1.0 };
         let plate = [1.0 / dphi.powi(4), 2.0 / (dphi * deta).powi(2), 1.0 / deta.powi(4)].map(|f| FAIRNESS * mean_move * area * f);
-        let energy = vectorised(Quadratic { samples, weights: &weights, plate, np });
+        let energy = vectorised(Quadratic { samples, weights: &seen.weights, plate, np });
         let pull = samples.values.iter().map(|&k| pull[k / n * rows + k % n - RIM_ROWS]).collect();
         // the sample nearest to a control value's parameters
         let last = [samples.along.rule.len() - 1, m - 1];
         let near = |k: usize, of: usize, last: usize| (k * last + of / 2) / of;
         let bends = scaled.then(|| bends(tables, &samples.values, samples.outer, |k| moves[near(k / n, np - 1, last[0]) * m + near(k % n, n - 1, last[1])]));
-        Ok(Energy { energy, pull, area, bends })
+        Energy { energy, pull, area, bends }
     }
 }
 

@@ -277,27 +277,30 @@ impl<'a> SectorMap<'a> {
         if let Some(turned) = &self.turned {
             return self.column(turned, s).height(&self.misses_of_heights(turned, v), v);
         }
-        let hermite = hermite(s);
-        let q = 1.0 - v;
+        self.straight_column(s).height(2.0 * self.dt(), &self.misses_of_slopes(v), v)
+    }
+
+    /// What a map whose columns keep their azimuth is made of at s.
+    fn straight_column(&self, s: f64) -> StraightColumn {
         let t = self.t(s);
         let w2 = 1.0 + t * t;
         let (h, l) = (self.height(t), w2 * self.speed(s));
         let bend = w2 * ((1.0 - s) * self.ends[0].radial.bend + s * self.ends[1].radial.bend);
-        let rest = w2 * self.cut - h - l - 0.5 * bend;
-        let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3);
-        let mut by_q = l + bend * q + 3.0 * rest * q * q;
-        // what this base profile misses of the prescribed ∂η/∂φ at both ends
-        for (end, hermite) in self.ends.iter().zip(hermite) {
-            let ([h, l], bend, [a, b]) = (end.slopes, end.bend, end.shear);
+        StraightColumn { base: [h, l, bend, w2 * self.cut - h - l - 0.5 * bend], hermite: hermite(s) }
+    }
+
+    /// What the base profile misses of the prescribed ∂η/∂φ, and of its slope by q, at both ends.
+    fn misses_of_slopes(&self, v: f64) -> [[f64; 2]; 2] {
+        let q = 1.0 - v;
+        [0, 1].map(|end| {
+            let &End { radial, slopes: [h, l], bend, shear: [a, b] } = &self.ends[end];
             let rest = -h - l - 0.5 * bend;
             let (shear, shear_by_q) = (a * v + b * v * q, -a + b * (v - q));
-            let [_, fall, fall_by_q] = end.radial.height(q).map(|x| -x);
+            let [_, fall, fall_by_q] = radial.height(q).map(|x| -x);
             let miss = shear * fall - (h + l * q + 0.5 * bend * q * q + rest * q.powi(3));
             let miss_by_q = shear_by_q * fall + shear * fall_by_q - (l + bend * q + 3.0 * rest * q * q);
-            value += 2.0 * self.dt() * hermite * miss;
-            by_q += 2.0 * self.dt() * hermite * miss_by_q;
-        }
-        (value, by_q)
+            [miss, miss_by_q]
+        })
     }
 
     /// What a turned map is made of at s.
@@ -404,10 +407,15 @@ impl<'a> SectorMap<'a> {
         const STEPS: usize = 12;
         let part = |k: usize| k as f64 / STEPS as f64;
         match &self.turned {
-            None => (0..=STEPS).map(part).all(|s| {
-                let (top, bottom) = (self.profile(s, 0.0).0, self.profile(s, 1.0).0);
-                (0..=STEPS).all(|k| self.profile(s, part(k)).1 > LEAST_DESCENT * (top - bottom))
-            }),
+            None => {
+                let misses: Vec<_> = (0..=STEPS).map(|k| self.misses_of_slopes(part(k))).collect();
+                (0..=STEPS).map(part).all(|s| {
+                    let column = self.straight_column(s);
+                    let height = |k: usize| column.height(2.0 * self.dt(), &misses[k], part(k));
+                    let (top, bottom) = (height(0).0, height(STEPS).0);
+                    (0..=STEPS).all(|k| height(k).1 > LEAST_DESCENT * (top - bottom))
+                })
+            }
             Some(turned) => {
                 let misses: Vec<_> = (0..=STEPS).map(|k| self.misses_of_heights(turned, part(k))).collect();
                 (0..=STEPS).map(part).all(|s| {
@@ -420,6 +428,27 @@ impl<'a> SectorMap<'a> {
                 })
             }
         }
+    }
+}
+
+/// A map whose columns keep their azimuth at one s: the base profile in q = 1 - v (its coefficients, but twice that of q²), and what corrects it at both ends.
+struct StraightColumn {
+    base: [f64; 4],
+    hermite: [f64; 2],
+}
+
+impl StraightColumn {
+    /// Height component of Y, and its derivative by q; `scale` is dφ/ds times w2.
+    fn height(&self, scale: f64, misses: &[[f64; 2]; 2], v: f64) -> (f64, f64) {
+        let q = 1.0 - v;
+        let [h, l, bend, rest] = self.base;
+        let mut value = h + l * q + 0.5 * bend * q * q + rest * q.powi(3);
+        let mut by_q = l + bend * q + 3.0 * rest * q * q;
+        for (hermite, [miss, miss_by_q]) in self.hermite.into_iter().zip(misses) {
+            value += scale * hermite * miss;
+            by_q += scale * hermite * miss_by_q;
+        }
+        (value, by_q)
     }
 }
 

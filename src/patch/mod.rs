@@ -8,6 +8,7 @@ pub mod fit;
 pub mod forms;
 pub mod layout;
 pub mod map;
+pub mod sampled;
 pub mod shelf;
 pub mod skin;
 
@@ -15,6 +16,7 @@ use crate::math::nurbs::{NurbsCurve, NurbsSurface};
 use crate::node::Film;
 use crate::patch::check::Quality;
 use crate::patch::layout::Layout;
+use crate::patch::sampled::Sampled;
 pub use crate::patch::shelf::{Shelf, Shelved};
 use glam::DVec3;
 
@@ -132,8 +134,24 @@ pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
 
 /// The same on a layout of the film, which all degrees share.
 pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, String> {
+    sample(layout, film, degree).and_then(|sampled| fit_sampled(layout, film, degree, &sampled))
+}
+
+/// What a fit of a degree asks of the film.
+pub fn sample(layout: &Layout, film: &Film, degree: &Degree) -> Result<Sampled, String> {
     let (tables, samples) = degree.tables(layout.turned);
-    let problem = fit::Problem::new(tables, samples, layout, film)?;
+    Sampled::new(tables, samples, layout, film)
+}
+
+/// About what a fit of a degree will miss, node units: see `Sampled::roughness`.
+pub fn forecast(layout: &Layout, degree: &Degree, sampled: &Sampled) -> f64 {
+    sampled.roughness(&degree.tables(layout.turned).1)
+}
+
+/// Fit to what was sampled for this degree.
+pub fn fit_sampled(layout: &Layout, film: &Film, degree: &Degree, sampled: &Sampled) -> Result<Fitted, String> {
+    let (tables, samples) = degree.tables(layout.turned);
+    let problem = fit::Problem::new(tables, samples, layout, sampled)?;
     let mut reason = String::new();
     let mut uneven = None;
     for &stiffness in if layout.fine { &FINE_STIFFNESS[..] } else { &STIFFNESS[..] } {
