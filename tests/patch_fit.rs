@@ -8,6 +8,7 @@ use lattice_brep::ladder::{self, Built, Degrees, Rung};
 use lattice_brep::node::{Fairing, Film, Method};
 use lattice_brep::options::Options;
 use lattice_brep::patch::Degree;
+use lattice_brep::patch::layout::Layout;
 use lattice_brep::patch::{self, check};
 
 fn build(name: &str, axes: Vec<DVec3>, degrees: &Degrees) -> Built {
@@ -68,6 +69,26 @@ fn the_fit_converges_with_the_degree() {
         assert!(middle < 0.8 * coarse && fine < 0.9 * middle, "{name}: {coarse}, {middle}, {fine}");
         assert!(coarse < 2e-3, "{name}: {coarse}");
     }
+}
+
+/// What is left of the film without its neighbours tells what the fit will miss.
+#[test]
+fn the_forecast_is_near_what_is_missed() {
+    let degree = Degree::new(6);
+    let misses = |axes: Vec<DVec3>| {
+        let film = Film::build(star(axes), Method::SoapFilm, Fairing::Ray, 3).unwrap();
+        let layout = Layout::new(&film.star, &film.cells).unwrap();
+        let sampled = patch::sample(&layout, &film, &degree).unwrap();
+        let missed = patch::fit_sampled(&layout, &film, &degree, &sampled).unwrap().quality.deviation;
+        (patch::forecast(&layout, &degree, &sampled), missed)
+    };
+    let nodes: Vec<(f64, f64)> =
+        [(2, 4, 40.0), (5, 9, 25.0), (7, 6, 20.0), (8, 12, 15.0)].into_iter().map(|(seed, n, angle)| misses(random(seed, n, angle))).collect();
+    for (forecast, missed) in &nodes {
+        assert!((0.3..3.0).contains(&(forecast / missed)), "{nodes:?}");
+    }
+    let worst = |f: fn(&(f64, f64)) -> f64| nodes.iter().map(f).fold(0.0, f64::max) / nodes.iter().map(f).fold(1.0, f64::min);
+    assert!(worst(|n| n.1) > 3.0 && worst(|n| n.0) > 3.0, "nodes that differ: {nodes:?}");
 }
 
 /// The figures of the report are those that the tests measure.

@@ -64,7 +64,8 @@ impl Blocks {
         }
         // corners and edges come with blocks of numbers each: dense kernels pay at any size
         let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
-        let factor = factorize_symbolic_cholesky(upper.pattern(n).as_ref(), Side::Upper, SymmetricOrdering::Identity, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let factor = factorize_symbolic_cholesky(upper.pattern(n).as_ref(), Side::Upper, SymmetricOrdering::Identity, params)
+            .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
         let firsts = places.iter().map(|&place| starts[place]).collect();
         let order = order.into_iter().flat_map(|b| blocks[b].clone()).collect();
         Ok(Blocks { places, firsts, below, order, pattern: lower.pattern(n), factor })
@@ -130,7 +131,8 @@ fn order(n: usize, meetings: &mut Vec<(usize, usize)>) -> Result<(Vec<usize>, Ve
     let pattern = columns.pattern(n);
     let [mut order, mut places] = [0, 1].map(|_| vec![0; n]);
     let mut room = MemBuffer::new(amd::order_scratch::<usize>(n, pattern.compute_nnz()));
-    amd::order(&mut order, &mut places, pattern.as_ref(), Default::default(), MemStack::new(&mut room)).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+    amd::order(&mut order, &mut places, pattern.as_ref(), Default::default(), MemStack::new(&mut room))
+        .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
     Ok((order, places))
 }
 
@@ -179,7 +181,8 @@ impl Symmetric {
     pub fn solve(&self, n: usize, mut rhs: Mat<f64>) -> Result<Mat<f64>, String> {
         let matrix = self.assemble(n);
         let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
-        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params).map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params)
+            .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
         solve(&symbolic, matrix.as_ref(), &mut rhs)?;
         Ok(rhs)
     }
@@ -214,5 +217,47 @@ impl Symmetric {
             columns.push(rows.len());
         }
         SparseColMat::new(SymbolicSparseColMat::new_checked(n, n, columns, None, rows), values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blocks of three sizes that meet in three cliques, against the same entries put in one by one.
+    #[test]
+    fn blocks_are_the_sum_of_their_cliques() {
+        let blocks = [0..2, 2..5, 5..6, 6..8, 8..11];
+        let cliques = [[0, 2, 4], [3, 1, 2], [4, 3, 0]];
+        let pattern = Blocks::new(&blocks, cliques.into_iter()).unwrap();
+        let mut values = pattern.zeros();
+        let mut single = Symmetric::default();
+        for (k, clique) in cliques.iter().enumerate() {
+            let numbers: Vec<usize> = clique.iter().flat_map(|&b| blocks[b].clone()).collect();
+            let entry = |i: usize, j: usize| if i == j { 20.0 } else { ((3 * i + 7 * j + 5 * k) % 11) as f64 / 11.0 };
+            let rows: Vec<Vec<f64>> = (0..numbers.len()).map(|i| (0..=i).map(|j| entry(i, j)).collect()).collect();
+            pattern.add(&mut values, &blocks, clique, |i| &rows[i]);
+            for (i, &a) in numbers.iter().enumerate() {
+                for (j, &b) in numbers[..=i].iter().enumerate() {
+                    single.add(a.max(b), a.min(b), rows[i][j]);
+                }
+            }
+        }
+        let rhs: Vec<f64> = (0..11).map(|k| k as f64 - 4.0).collect();
+        let one = pattern.solve(&values, &rhs).unwrap();
+        let other = single.solve(11, Mat::from_fn(11, 1, |k, _| rhs[k])).unwrap();
+        for k in 0..11 {
+            assert!((one[k] - other[(k, 0)]).abs() < 1e-15, "{k}: {} {}", one[k], other[(k, 0)]);
+        }
+        assert!(one.iter().any(|x| x.abs() > 0.01));
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_positive_definite_is_an_error() {
+        let blocks = [0..1, 1..2];
+        let pattern = Blocks::new(&blocks, [[0, 1]].into_iter()).unwrap();
+        let mut values = pattern.zeros();
+        pattern.add(&mut values, &blocks, &[0, 1], |k| if k == 0 { &[1.0] } else { &[2.0, 1.0] });
+        assert!(pattern.solve(&values, &[1.0, 1.0]).unwrap_err().contains("positive definite"));
     }
 }

@@ -40,7 +40,8 @@ impl Sampled {
     /// Look at the film along the directions of all sectors' maps.
     pub fn new(tables: &Tables, samples: &Samples, layout: &Layout, film: &Film) -> Result<Sampled, String> {
         let mut sampler = film.sampler();
-        let sectors = (0..layout.sectors.len()).map(|k| SectorSamples::new(tables, samples, &SectorMap::new(layout, k), &mut sampler)).collect::<Option<Vec<_>>>();
+        let sectors =
+            (0..layout.sectors.len()).map(|k| SectorSamples::new(tables, samples, &SectorMap::new(layout, k), &mut sampler)).collect::<Option<Vec<_>>>();
         Ok(Sampled { sectors: sectors.ok_or("a ray from the node misses the film")? })
     }
 
@@ -167,4 +168,29 @@ fn own_gauge(tables: &Tables, map: &SectorMap) -> Vec<f64> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::gauss;
+
+    /// A polynomial of the space is its own nearest one; x^5 is off that of degree 4 by a Legendre polynomial, 1/252 at the ends.
+    #[test]
+    fn projections_keep_their_own_space() {
+        let rule = gauss::rule(9);
+        let at = |matrix: &[f64], f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            matrix.chunks_exact(9).map(|row| row.iter().zip(&rule).map(|(m, r)| m * f(r.0)).sum::<f64>()).collect()
+        };
+        let from_square = projection(&rule, 2, 5);
+        for (x, r) in at(&from_square, &|x| x * x - 3.0 * x.powi(5)).iter().zip(&rule) {
+            assert!((x - (r.0 * r.0 - 3.0 * r.0.powi(5))).abs() < 1e-12);
+        }
+        let fourth = projection(&rule, 0, 4);
+        for (x, r) in at(&fourth, &|x| x.powi(5)).iter().zip(&rule) {
+            let y = 2.0 * r.0 - 1.0;
+            let legendre = (63.0 * y.powi(5) - 70.0 * y.powi(3) + 15.0 * y) / 8.0;
+            assert!((r.0.powi(5) - x - legendre / 252.0).abs() < 1e-13);
+        }
+    }
 }

@@ -223,8 +223,9 @@ fn emit(out: &mut (impl Write + Send), count: usize, chunk: usize, item: impl Fn
     let mut ready: Vec<Vec<u8>> = vec![];
     for batch in (0..count).step_by(chunk * TASKS) {
         let stop = count.min(batch + chunk * TASKS);
+        let usual = ready.iter().map(Vec::len).max().unwrap_or(0);
         let format = |from: usize| {
-            let mut text = vec![];
+            let mut text = Vec::with_capacity(usual);
             for i in from..stop.min(from + chunk) {
                 item(i, &mut text);
             }
