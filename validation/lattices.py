@@ -14,7 +14,7 @@ from graphs import least_radius
 from result import cost, fell, finish, told
 
 READ = (".json", ".3mf")
-BLOCK_STRUTS = 1000
+BLOCK_STRUTS = 400  # FreeCAD takes ten minutes for twice as many
 SHRINK = ("--on-conflict", "shrink")  # changes nothing where everything fits
 REFUSED = (2, 3)  # exit codes: bad input, cannot be built
 

@@ -145,7 +145,7 @@ def write(path: Path, results: list[dict]) -> None:
                            ", ".join(f"{k}: {v}" for k, v in r.get("rungs", {}).items()), word(r, "rust_reader"),
                            "passed" if r["ok"] else "refused with reasons" if r.get("refused") else "**failed**"] for r in whole])]
     if blocks:
-        lines += ["## Blocks of real lattices", "", "About 1,000 struts each, with `--on-conflict shrink`, in both kernels.", "", *solids(blocks), *smoothness(blocks)]
+        lines += ["## Blocks of real lattices", "", "About 400 struts each, with `--on-conflict shrink`, in both kernels.", "", *solids(blocks), *smoothness(blocks)]
     same = next((r for r in results if r["name"] == "determinism"), None)
     if same:
         lines += ["## Determinism", "", "octet 2x2x2 with 1, 2, 8 and again 1 threads: " + ("same bytes." if same["ok"] else "**different bytes.**"), ""]
