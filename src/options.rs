@@ -38,6 +38,13 @@ pub struct Options {
     pub step: StepOptions,
 }
 
+impl Options {
+    /// Radius of the ball that fills valleys, node radii, where one was asked for.
+    pub fn blend(&self) -> Option<f64> {
+        if let Fairing::Ball(ball) = self.fairing { Some(ball) } else { None }
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Options {

@@ -11,7 +11,7 @@ use crate::ladder::Rung;
 use crate::options::Options;
 use crate::patch::Shelved;
 use crate::patch::figures::Figures;
-use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Worst};
+use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Valley, Worst};
 use crate::settle::{Kept, Settled, Settling};
 use crate::step;
 use glam::DVec3;
@@ -135,6 +135,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         added_mm3: shape.added,
         removed_mm3: shape.removed,
         concave_radius_mm: shape.valley,
+        valleys: if options.blend().is_some() { shape.valleys } else { vec![] },
         quality: Quality {
             inner_jump_deg: worst(&quality.inner_jump_deg),
             rim_jump_deg: worst(&quality.rim_jump_deg),
@@ -243,20 +244,25 @@ fn solid_facts(solid: &brep::Solid, measure: &brep::Measure) -> Solid {
 struct ShapeFacts {
     /// None where nothing is concave.
     valley: Option<Worst>,
+    valleys: Vec<Valley>,
     added: f64,
     removed: f64,
 }
 
 /// From node units to mm.
 fn shape_facts(graph: &Graph, facts: &[Option<NodeFacts>]) -> ShapeFacts {
-    let mut out = ShapeFacts { valley: None, added: 0.0, removed: 0.0 };
+    let mut out = ShapeFacts { valley: None, valleys: vec![], added: 0.0, removed: 0.0 };
     for (n, fact) in facts.iter().enumerate() {
         let Some(NodeFacts { rung, figures, .. }) = fact else { continue };
         let unit = graph.largest_radius(NodeId(n as u32));
         out.added += figures.added * unit.powi(3);
         out.removed += figures.removed * unit.powi(3);
+        if *rung == Rung::Sharp || figures.concave == 0.0 {
+            continue;
+        }
         let radius = unit / figures.concave;
-        if *rung != Rung::Sharp && radius < out.valley.as_ref().map_or(f64::INFINITY, |w| w.value) {
+        out.valleys.push(Valley { node: NodeId(n as u32), radius_mm: radius });
+        if radius < out.valley.as_ref().map_or(f64::INFINITY, |w| w.value) {
             out.valley = Some(Worst { value: radius, place: format!("node_{n}") });
         }
     }

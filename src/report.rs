@@ -27,6 +27,8 @@ pub struct Report {
     /// Least radius of a valley inside the nodes (1 / the largest concave curvature), at samples of each patch. None where nothing is concave;
     /// sharp nodes apart, whose creases have none.
     pub concave_radius_mm: Option<Worst>,
+    /// The same for each node that has one, where a blend was asked for.
+    pub valleys: Vec<Valley>,
     pub quality: Quality,
     pub rungs: Rungs,
     pub cuts: Cuts,
@@ -82,6 +84,13 @@ pub struct Worst {
     pub value: f64,
     /// Names as in the STEP file, such as `node_12/strut_7/1`.
     pub place: String,
+}
+
+/// The least radius of a node's valleys.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Valley {
+    pub node: NodeId,
+    pub radius_mm: f64,
 }
 
 /// The worst figures of the solid, sampled along all edges and inside all patches.

@@ -314,3 +314,29 @@ fn a_compressed_file_holds_the_bytes_of_the_plain_one() {
     let (a, b) = (check(&packed), check(&plain.path("part.stp")));
     assert!(a.status.success() && a.stdout == b.stdout, "{}", stderr(&a));
 }
+
+/// A larger ball fills more and leaves rounder valleys, listed for each node; lambda grows with it where it must.
+#[test]
+fn a_blend_rounds_the_valleys() {
+    let folder = Folder::new();
+    let report = folder.path("r.json");
+    let step = folder.path("r.step");
+    let mut found = vec![];
+    for blend in ["0", "0.1", "0.2", "0.3"] {
+        let run = export(Path::new("tests/examples/irregular.json"), &["--blend", blend, "-o", step.to_str().unwrap(), "--report", report.to_str().unwrap()]);
+        assert!(run.status.success(), "{}", stderr(&run));
+        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&report).unwrap()).unwrap();
+        assert_eq!(json["valleys"][0]["radius_mm"], json["concave_radius_mm"]["value"]);
+        assert_eq!(json["rungs"]["soap_film"], 1);
+        found.push(["/concave_radius_mm/value", "/added_mm3"].map(|at| json.pointer(at).unwrap().as_f64().unwrap()));
+    }
+    assert!(found.windows(2).all(|w| w[1][0] > w[0][0] && w[1][1] > w[0][1]), "{found:?}");
+    for (options, wanted) in
+        [(["--blend", "0.4"], "a number from 0 to 0.36"), (["--blend", "nan"], "a number from 0 to 0.36"), (["--blend=0.3", "--lambda=0.3"], "at least 0.4000")]
+    {
+        let run = export(Path::new("tests/examples/irregular.json"), &options);
+        assert_eq!(run.status.code(), Some(2));
+        assert!(stderr(&run).contains(wanted), "{}", stderr(&run));
+    }
+    assert!(!folder.names().iter().any(|n| n.contains("irregular")));
+}

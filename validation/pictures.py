@@ -189,7 +189,8 @@ def legend(image: Image.Image, span: tuple[float, float], text: str) -> None:
     draw.text((left, top - 22), text, fill=(40, 40, 40), font=font)
 
 
-def render(step: Path, name: str, view: tuple[float, float], radius: float, fineness: int) -> None:
+def shots(step: Path, view: tuple[float, float], radius: float, fineness: int) -> dict[str, Image.Image]:
+    """Shaded with borders (""), and coloured by curvature ("-curvature")."""
     model = Model(step)
     points, normals, means, triangles = mesh(model, fineness)
     size = WIDTH * SUPER
@@ -198,6 +199,7 @@ def render(step: Path, name: str, view: tuple[float, float], radius: float, fine
     covered = (owner >= 0)[..., None]
     normal = interpolate(normals, triangles, owner, weights)
     lines = borders(model)
+    pictures = {}
     for suffix, colour in (("", STEEL), ("-curvature", ramp(interpolate(means * radius, triangles, owner, weights), CURVATURE_RANGE))):
         image = np.where(covered, shade(normal, axes, colour, 0.6 if suffix else 0.4), 1.0)
         if not suffix:
@@ -205,11 +207,20 @@ def render(step: Path, name: str, view: tuple[float, float], radius: float, fine
         picture = Image.fromarray((image * 255).astype(np.uint8)).resize((WIDTH, WIDTH), Image.Resampling.LANCZOS)
         if suffix:
             legend(picture, CURVATURE_RANGE, "mean curvature x radius")
-        path = FOLDER / f"{name}{suffix}.png"
-        if not suffix:
-            picture = picture.quantize(224, dither=Image.Dither.NONE)  # a third of the bytes; colours would show bands
-        picture.save(path, optimize=True)
-        print(f"pictures: {path.relative_to(program.ROOT)}", flush=True)
+        pictures[suffix] = picture
+    return pictures
+
+
+def save(picture: Image.Image, name: str) -> None:
+    path = FOLDER / f"{name}.png"
+    picture.save(path, optimize=True)
+    print(f"pictures: {path.relative_to(program.ROOT)}", flush=True)
+
+
+def render(step: Path, name: str, view: tuple[float, float], radius: float, fineness: int) -> None:
+    pictures = shots(step, view, radius, fineness)
+    save(pictures[""].quantize(224, dither=Image.Dither.NONE), name)  # a third of the bytes; colours would show bands
+    save(pictures["-curvature"], f"{name}-curvature")
 
 
 # --- what is shown ----------------------------------------------------------------------------------------------------------------
@@ -235,11 +246,30 @@ NODES = {
 }
 
 
-def export(graph: Path, step: Path) -> bool:
-    done = program.run("export", graph, "-o", step, "--report", step.with_suffix(".report.json"))
+BLENDS = ("0.05", "0.15", "0.3")
+
+
+def export(graph: Path, step: Path, *options: str) -> bool:
+    done = program.run("export", graph, "-o", step, "--report", step.with_suffix(".report.json"), *options)
     if not done.ok:
         print(f"pictures: exit code {done.code} of `{done.command}`: {done.last_words}", file=sys.stderr)
     return done.ok
+
+
+def render_blends(out: Path) -> bool:
+    """One node with its valleys filled by three balls, side by side."""
+    graph, view = NODES["node-irregular"]
+    source, step = out / "node-blend.json", out / "node-blend.step"
+    source.write_text(json.dumps(graph))
+    row = Image.new("RGB", (len(BLENDS) * WIDTH, WIDTH), "white")
+    for k, blend in enumerate(BLENDS):
+        if not export(source, step, "--blend", blend):
+            return False
+        picture = shots(step, view, 1.0, 12)["-curvature"]
+        ImageDraw.Draw(picture).text((WIDTH - 24, WIDTH - 30), f"--blend {blend}", fill=(40, 40, 40), font=ImageFont.load_default(size=24), anchor="rs")
+        row.paste(picture, (k * WIDTH, 0))
+    save(row.resize((row.width * 2 // 3, row.height * 2 // 3), Image.Resampling.LANCZOS), "node-blend")
+    return True
 
 
 def render_all(out: Path) -> int:
@@ -252,6 +282,7 @@ def render_all(out: Path) -> int:
             render(step, name, view, 1.0, 12)
         else:
             failed += 1
+    failed += not render_blends(out)
     source, step = out / "cell-bcc.json", out / "cell-bcc.step"
     made = program.run("cell", "bcc", "--size", "10", "--repeat", "2x2x2", "--radius", "0.7", "-o", source)
     if made.ok and export(source, step):

@@ -33,6 +33,7 @@ use std::sync::Mutex;
   lattice-brep export mesh.ele --radius-rule shortest/8 --units in
   lattice-brep export lines.csv --radius-rule 0.5
   lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
+  lattice-brep export part.json --blend 0.2 --report part.report.json
   lattice-brep export mesh.json --weld 0.001 --collapse-chains --report mesh.report.json
 
 Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
@@ -45,9 +46,9 @@ pub struct ExportArgs {
     /// Write a report (JSON): counts, volume, continuity, how each node was built, times
     #[arg(long)]
     report: Option<PathBuf>,
-    /// How far cuts reach beyond the least cut, as a part of it: between 0 and 0.5
-    #[arg(long, default_value_t = 0.3)]
-    lambda: f64,
+    /// How far cuts reach beyond the least cut, as a part of it: between 0 and 0.5 [default: 0.3, or more if --blend needs it]
+    #[arg(long)]
+    lambda: Option<f64>,
     /// Refinement levels of each node's film: 0 to 5
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=5))]
     levels: u32,
@@ -57,6 +58,10 @@ pub struct ExportArgs {
     /// How films are faired: `ray` keeps vertices on their rays; `paper` is the paper's own, which folds more often
     #[arg(long, value_enum, default_value_t = FairingArg::Ray)]
     fairing: FairingArg,
+    /// Radius of the ball that rolls along the valleys between struts and fills them, in strut radii: 0 to 0.36. 0 stays as near to the struts'
+    /// union as the mesh allows, more is rounder. Takes the place of --fairing; the report then lists the tightest valley of each node
+    #[arg(long, value_name = "RADII", conflicts_with = "fairing")]
+    blend: Option<f64>,
     /// How struts end at nodes of degree 1: a disc, or half a ball (which meets a tapered strut in an edge)
     #[arg(long, value_enum, default_value_t = CapsArg::Flat)]
     caps: CapsArg,
@@ -96,6 +101,9 @@ pub struct ExportArgs {
     #[command(flatten)]
     repair: RepairFlags,
 }
+
+/// With this ball lambda is 0.48: cuts of 1.5 times the least would meet in the middle of the shortest struts that the paper allows.
+const MOST_BLEND: f64 = 0.36;
 
 #[derive(Clone, Copy, ValueEnum)]
 enum CapsArg {
@@ -231,8 +239,15 @@ fn admit(args: &ExportArgs, mut imported: Imported, options: &Options, overlaps:
 
 fn options(args: &ExportArgs) -> Result<Options, Error> {
     let mut faults = Vec::new();
-    if !(args.lambda > 0.0 && args.lambda < 0.5) {
-        faults.push(Fault::new("--lambda", args.lambda.to_string(), "a number between 0 and 0.5, both excluded"));
+    // fillings end before three quarters of the room that lambda leaves (`rolling::most`)
+    let for_blend = args.blend.unwrap_or(0.0) / 0.75;
+    let lambda = args.lambda.unwrap_or(f64::max(Options::default().lambda, for_blend));
+    if args.blend.is_some_and(|b| !(0.0..=MOST_BLEND).contains(&b)) {
+        faults.push(Fault::new("--blend", args.blend.unwrap_or_default().to_string(), format!("a number from 0 to {MOST_BLEND}, in strut radii")));
+    } else if !(lambda > 0.0 && lambda < 0.5) {
+        faults.push(Fault::new("--lambda", lambda.to_string(), "a number between 0 and 0.5, both excluded"));
+    } else if lambda < for_blend {
+        faults.push(Fault::new("--lambda", lambda.to_string(), format!("at least {for_blend:.4}, the room that --blend needs")));
     }
     if !(args.tolerance > 0.0) {
         faults.push(Fault::new("--tolerance", args.tolerance.to_string(), "a number above 0, in strut radii"));
@@ -249,7 +264,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     let file = args.output.as_ref().map(|p| if compressed::is_named(p) { p.with_extension("stp") } else { p.clone() });
     let file = file.as_ref().and_then(|p| p.file_name()).map_or(format!("{name}.step"), |s| s.to_string_lossy().into_owned());
     Ok(Options {
-        lambda: args.lambda,
+        lambda,
         on_conflict: match args.on_conflict {
             policy if policy.shrinks() => OnConflict::Shrink { part: matches!(args.overlaps, OverlapsArg::Refuse) },
             _ => OnConflict::Refuse, // after `merge` what it leaves
@@ -259,9 +274,10 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             OverlapsArg::Keep => Overlaps::Keep,
         },
         levels: args.levels,
-        fairing: match args.fairing {
-            FairingArg::Ray => Fairing::Ray,
-            FairingArg::Paper => Fairing::Paper,
+        fairing: match (args.blend, args.fairing) {
+            (Some(ball), _) => Fairing::Ball(ball),
+            (None, FairingArg::Ray) => Fairing::Ray,
+            (None, FairingArg::Paper) => Fairing::Paper,
         },
         tolerance: args.tolerance,
         caps: match args.caps {

@@ -66,8 +66,13 @@ impl Reading {
         Reading::new("not faired", None, FIXED_ROWS),
     ];
 
-    /// Deviation against fairness: from smooth to close. Ours lies between, at 2.
-    pub const TRADE: [Reading; 7] = [
+    /// Valleys filled by a ball of this radius.
+    const fn rolled(name: &'static str, ball: f64) -> Reading {
+        Reading::new(name, Some(Fairing::Ball(ball)), FIXED_ROWS)
+    }
+
+    /// Deviation against fairness: our film from smooth to close (it lies between, at 2), and valleys filled from little to much.
+    pub const TRADE: [Reading; 12] = [
         Reading::held("hold 0", 0.0),
         Reading::held("hold 1", 1.0),
         Reading::held("hold 4", 4.0),
@@ -75,6 +80,11 @@ impl Reading {
         Reading::held("hold 16", 16.0),
         Reading::held("hold 32", 32.0),
         Reading::held("hold 128", 128.0),
+        Reading::rolled("ball 0", 0.0),
+        Reading::rolled("ball 0.05", 0.05),
+        Reading::rolled("ball 0.1", 0.1),
+        Reading::rolled("ball 0.15", 0.15),
+        Reading::rolled("ball 0.2", 0.2),
     ];
 }
 
@@ -175,7 +185,7 @@ impl Evaluation {
             let rows = rows(&control);
             control.free = rows.iter().map(|&row| row >= fixed_rows).collect();
             if let Some(fairing) = fairing {
-                fair::fair(&mut control, fairing, hold)?;
+                fair::fair(&mut control, star, fairing, hold)?;
             }
             let mesh = refine::refine(&control, star, self.options.levels);
             let facets = Facets::of_mesh(&mesh);

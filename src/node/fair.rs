@@ -1,6 +1,6 @@
 //! Film smoothing by a second-order Laplacian. Luo & Zou 2025, section 3.3.2, equation 2 applied twice.
 //!
-//! Two ways. `Fairing::Paper`: `L² V = 0` at the free vertices with uniform weights, as printed; the vertices move in
+//! Two ways, and a third without it (`Fairing::Ball`). `Fairing::Paper`: `L² V = 0` at the free vertices with uniform weights, as printed; the vertices move in
 //! space, and on most irregular nodes the result folds. `Fairing::Ray` (default): each free vertex keeps its ray
 //! from the node, `V_i = t_i u_i`, and `Σ |(L V)_i|²`, with cotangent weights, is least over the t_i; a small term (`HOLD`)
 //! keeps wide faces without struts from sinking far into the node. One unknown a vertex, one SPD system, and a control mesh that stays star-shaped as long as all t_i > 0, which is checked.
@@ -8,6 +8,8 @@
 use crate::math::sparse::Symmetric;
 use crate::node::Fairing;
 use crate::node::film::Control;
+use crate::node::rolling;
+use crate::node::star::Star;
 use faer::Mat;
 use glam::DVec3;
 
@@ -17,10 +19,14 @@ use glam::DVec3;
 pub const HOLD: f64 = 2.0;
 
 /// Fair a control mesh in place; only its free vertices move. `hold`: `HOLD`, or another for `Fairing::Ray`, where less is smoother.
-pub fn fair(mesh: &mut Control, how: Fairing, hold: f64) -> Result<(), String> {
+pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<(), String> {
     let laplacian = match how {
         Fairing::Ray => cotangent(mesh),
         Fairing::Paper => uniform(mesh),
+        Fairing::Ball(ball) => {
+            roll(mesh, star, ball);
+            return Ok(());
+        }
     };
     let mut slot = vec![usize::MAX; mesh.points.len()];
     let mut count = 0;
@@ -33,9 +39,19 @@ pub fn fair(mesh: &mut Control, how: Fairing, hold: f64) -> Result<(), String> {
     if count == 0 {
         return Ok(());
     }
-    match how {
-        Fairing::Ray => along_rays(mesh, &laplacian, &slot, count, hold),
-        Fairing::Paper => in_space(mesh, &laplacian, &slot, count),
+    if how == Fairing::Ray { along_rays(mesh, &laplacian, &slot, count, hold) } else { in_space(mesh, &laplacian, &slot, count) }
+}
+
+/// All but the rims and their 1-ring to where the ball leaves them: the filling may begin before the rows that are free otherwise.
+/// A smaller ball where cuts are too short.
+fn roll(mesh: &mut Control, star: &Star, ball: f64) {
+    let ball = ball.min(rolling::most(star));
+    let mut done = vec![false; mesh.points.len()];
+    for &v in mesh.rows.iter().flat_map(|rows| rows[2..].iter().flatten()) {
+        if !std::mem::replace(&mut done[v as usize], true) {
+            let u = mesh.points[v as usize].normalize();
+            mesh.points[v as usize] = rolling::distance(star, u, ball) * u;
+        }
     }
 }
 

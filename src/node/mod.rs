@@ -14,6 +14,7 @@ pub mod film;
 pub mod level_set;
 pub mod mesh;
 pub mod refine;
+pub mod rolling;
 pub mod sleeve;
 pub mod star;
 
@@ -58,13 +59,15 @@ pub enum Method {
 }
 
 /// How the film is faired (section 3.3.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Fairing {
     /// Each vertex stays on its ray from the node; cotangent weights.
     #[default]
     Ray,
     /// As printed in the paper: uniform weights, vertices free in space. It folds on many nodes.
     Paper,
+    /// None: vertices lie where a ball of this radius rolls along the valleys (`rolling`), node radii.
+    Ball(f64),
 }
 
 impl Film {
@@ -79,7 +82,7 @@ impl Film {
         let shape = match method {
             Method::SoapFilm => {
                 let mut control = film::control_mesh(&star, &cells);
-                fair::fair(&mut control, fairing, fair::HOLD)?;
+                fair::fair(&mut control, &star, fairing, fair::HOLD)?;
                 Shape::Soap(refine::refine(&control, &star, levels))
             }
             Method::LevelSet => Shape::LevelSet(LevelSet::new(&star)),
