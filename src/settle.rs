@@ -49,7 +49,7 @@ pub struct Settling<'a> {
     rounds: usize,
 }
 
-/// What became of each different star, by its bits.
+/// What became of each different star, by its key.
 type Known = HashMap<Vec<u64>, Result<Arc<Kept>, Vec<String>>>;
 
 /// The graph, as given or with smaller radii, and its cuts, for which all nodes are built.
@@ -57,7 +57,7 @@ pub struct Settled {
     pub graph: Graph,
     pub cuts: Cuts,
     pub shrunk: Vec<Shrunk>,
-    /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built.
+    /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built (`Options::cache`).
     pub built: Vec<Option<Arc<Kept>>>,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Settling<'a> {
             };
             let graph = self.radii.graph();
             let stars = stars(&graph, &cuts, self.options);
-            let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
+            let keys: Vec<Vec<u64>> = graph.node_ids().zip(&stars).map(|(node, star)| self.key(node, star)).collect();
             let new = unknown(&stars, &keys, &self.known);
             drop(stars);
             self.build(new, begin, advance)?;
@@ -97,6 +97,12 @@ impl<'a> Settling<'a> {
             let wishes = failed.iter().flat_map(|&(n, _)| easings(&graph, n)).collect();
             self.ease(wishes);
         }
+    }
+
+    /// By what a star is known: its bits, and its node if each is to be built for itself.
+    fn key(&self, node: NodeId, star: &Star) -> Vec<u64> {
+        let own = (!self.options.cache).then_some(u64::from(node.0));
+        star.bits().into_iter().chain(own).collect()
     }
 
     fn build(&mut self, new: Vec<(Vec<u64>, Star)>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<(), Error> {
