@@ -165,6 +165,12 @@ fn unknown(stars: &[Star], keys: &[Vec<u64>], known: &Known) -> Vec<(Vec<u64>, S
     all.filter(|(star, key)| star.degree() > 0 && !known.contains_key(*key) && met.insert(key)).map(|(star, key)| (key.clone(), star.clone())).collect()
 }
 
+/// All nodes of a graph whose cuts fit, by `NodeId`.
+pub fn negotiated(graph: &Graph, options: &Options) -> Result<Vec<Star>, Error> {
+    let cuts = cuts::negotiate(graph, options.lambda).map_err(cannot_cut)?;
+    Ok(stars(graph, &cuts, options))
+}
+
 /// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
 fn stars(graph: &Graph, cuts: &Cuts, options: &Options) -> Vec<Star> {
     let star = |node: NodeId| {
@@ -195,7 +201,8 @@ fn cannot_cut(conflicts: Vec<cuts::Conflict>) -> Error {
     Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }
 }
 
-fn cannot_build(graph: &Graph, failed: &[(NodeId, &[String])]) -> Error {
+/// Nodes that no rung of the ladder can build.
+pub fn cannot_build(graph: &Graph, failed: &[(NodeId, &[String])]) -> Error {
     let reason = |&(n, why): &(NodeId, &[String])| {
         let struts: Vec<String> = graph.arms(n).iter().map(|a| a.strut.0.to_string()).collect();
         format!("node {} (struts {}): {}", n.0, struts.join(", "), why.join("; "))
