@@ -124,9 +124,7 @@ impl Solid {
             part.patch_face(patch, self.skins[n].0, &pieces, first_map, label);
             first_map += part.arcs(&part.faces[part.faces.len() - 1]).count() as u32;
         }
-        if self.first[n + 1].face > part.first.face + skin.patches.len() as u32 {
-            part.faces.push(self.cap(n));
-        }
+        part.faces.extend(self.cap(n));
         (part, pieces)
     }
 
@@ -178,20 +176,20 @@ impl Solid {
         &self.arms[self.first_arm[n] as usize..self.first_arm[n + 1] as usize]
     }
 
-    /// Closes a strut at the n-th of `nodes`, which is of degree 1: flat, or round if the node has a pole.
-    fn cap(&self, n: usize) -> Face {
-        let (k, end) = self.arms_of(n)[0];
+    /// Closes a strut at the n-th of `nodes`, if that is an end: flat, or round if the node has a pole.
+    pub(super) fn cap(&self, n: usize) -> Option<Face> {
+        let (k, end) = *self.arms_of(n).first().filter(|&&(k, end)| self.strut_ends[k as usize][end as usize].closed)?;
         let label = Label::Cap(self.nodes[n]);
         let circle = 2 * k as usize + end as usize;
         // Counter-clockwise about the cap's own outward axis, which points away from the strut.
         let mut boundary = vec![EdgeUse { edge: self.closed_edge(k as usize, end), forward: end == End::B }];
         let flipped = end == End::A;
         let Ok(pole) = self.poles.binary_search(&(n as u32)) else {
-            return Face { boundary, surface: Surface::Plane { circle, flipped }, label };
+            return Some(Face { boundary, surface: Surface::Plane { circle, flipped }, label });
         };
         let edge = self.strut_edges[self.struts.len()] + pole as u32;
         boundary.extend([true, false].map(|forward| EdgeUse { edge, forward }));
-        Face { boundary, surface: Surface::Sphere { circle, flipped }, label }
+        Some(Face { boundary, surface: Surface::Sphere { circle, flipped }, label })
     }
 
     /// The closed edge on a rim without arcs.
