@@ -18,3 +18,4 @@ pub mod pipeline;
 pub mod report;
 pub mod settle;
 pub mod step;
+pub mod timing;

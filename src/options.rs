@@ -33,6 +33,8 @@ pub struct Options {
     pub caps: Caps,
     /// Each node with its half struts is a part, placed in an assembly: many solids that touch, not one.
     pub assembly: bool,
+    /// Nodes of equal stars are built once; else each for itself, to measure what that costs.
+    pub cache: bool,
     /// A folder for a temporary file without a name, where what is built waits if it is much; none: all stays in memory.
     pub scratch: Option<PathBuf>,
     pub step: StepOptions,
@@ -56,6 +58,7 @@ impl Default for Options {
             tolerance: 0.05,
             caps: Caps::Flat,
             assembly: false,
+            cache: true,
             scratch: None,
             step: StepOptions::default(),
         }

@@ -49,7 +49,7 @@ pub struct Settling<'a> {
     rounds: usize,
 }
 
-/// What became of each different star, by its bits.
+/// What became of each different star, by its key.
 type Known = HashMap<Vec<u64>, Result<Arc<Kept>, Vec<String>>>;
 
 /// The graph, as given or with smaller radii, and its cuts, for which all nodes are built.
@@ -57,7 +57,7 @@ pub struct Settled {
     pub graph: Graph,
     pub cuts: Cuts,
     pub shrunk: Vec<Shrunk>,
-    /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built.
+    /// By `NodeId`; none where a node has no struts. Nodes of one star, to the last bit, share what was built (`Options::cache`).
     pub built: Vec<Option<Arc<Kept>>>,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Settling<'a> {
             };
             let graph = self.radii.graph();
             let stars = stars(&graph, &cuts, self.options);
-            let keys: Vec<Vec<u64>> = stars.iter().map(Star::bits).collect();
+            let keys: Vec<Vec<u64>> = graph.node_ids().zip(&stars).map(|(node, star)| self.key(node, star)).collect();
             let new = unknown(&stars, &keys, &self.known);
             drop(stars);
             self.build(new, begin, advance)?;
@@ -97,6 +97,12 @@ impl<'a> Settling<'a> {
             let wishes = failed.iter().flat_map(|&(n, _)| easings(&graph, n)).collect();
             self.ease(wishes);
         }
+    }
+
+    /// By what a star is known: its bits, and its node if each is to be built for itself.
+    fn key(&self, node: NodeId, star: &Star) -> Vec<u64> {
+        let own = (!self.options.cache).then_some(u64::from(node.0));
+        star.bits().into_iter().chain(own).collect()
     }
 
     fn build(&mut self, new: Vec<(Vec<u64>, Star)>, begin: &dyn Fn(u64), advance: &(dyn Fn() + Sync)) -> Result<(), Error> {
@@ -159,6 +165,12 @@ fn unknown(stars: &[Star], keys: &[Vec<u64>], known: &Known) -> Vec<(Vec<u64>, S
     all.filter(|(star, key)| star.degree() > 0 && !known.contains_key(*key) && met.insert(key)).map(|(star, key)| (key.clone(), star.clone())).collect()
 }
 
+/// All nodes of a graph whose cuts fit, by `NodeId`.
+pub fn negotiated(graph: &Graph, options: &Options) -> Result<Vec<Star>, Error> {
+    let cuts = cuts::negotiate(graph, options.lambda).map_err(cannot_cut)?;
+    Ok(stars(graph, &cuts, options))
+}
+
 /// Directions, radii and cuts of all nodes, by `NodeId`, in node units: a node's largest radius is 1.
 fn stars(graph: &Graph, cuts: &Cuts, options: &Options) -> Vec<Star> {
     let star = |node: NodeId| {
@@ -189,7 +201,8 @@ fn cannot_cut(conflicts: Vec<cuts::Conflict>) -> Error {
     Error::CannotBuild { reasons: conflicts.iter().map(|c| c.fault().to_string()).collect() }
 }
 
-fn cannot_build(graph: &Graph, failed: &[(NodeId, &[String])]) -> Error {
+/// Nodes that no rung of the ladder can build.
+pub fn cannot_build(graph: &Graph, failed: &[(NodeId, &[String])]) -> Error {
     let reason = |&(n, why): &(NodeId, &[String])| {
         let struts: Vec<String> = graph.arms(n).iter().map(|a| a.strut.0.to_string()).collect();
         format!("node {} (struts {}): {}", n.0, struts.join(", "), why.join("; "))

@@ -69,11 +69,21 @@ struct Outline {
     rims: Vec<Result<Outlined, BrepError>>,
 }
 
-/// A rim: its centre and radius (mm), and its vertices, counter-clockwise about the outward axis: position in the skin, place (mm).
+/// A rim: its centre and radius (mm), and its vertices, counter-clockwise about the outward axis.
 struct Outlined {
     center: DVec3,
     radius: f64,
-    vertices: Vec<(u32, DVec3)>,
+    vertices: Vec<RimVertex>,
+}
+
+/// A vertex on a rim. From the rim's centre it is the same to the bit wherever the node stands.
+#[derive(Clone, Copy)]
+struct RimVertex {
+    /// Position in the skin.
+    number: u32,
+    /// mm
+    place: DVec3,
+    from_center: DVec3,
 }
 
 /// Rims and seam of one strut, before vertices are numbered.
@@ -219,6 +229,7 @@ impl Builder<'_> {
         if !((r * rim.radius - radius).abs() <= RADIUS_TOLERANCE * self.graph.widest(strut)) {
             return Err(BrepError::RimRadius { node, strut, found: r * rim.radius, wanted: radius });
         }
+        let to_center = r * rim.cut * outward;
         let mut vertices = Vec::with_capacity(rim.arcs.len());
         for (k, &arc) in rim.arcs.iter().enumerate() {
             let next = rim.arcs[(k + 1) % rim.arcs.len()];
@@ -226,9 +237,10 @@ impl Builder<'_> {
                 return Err(BrepError::RimNotClosed { node, strut });
             }
             let vertex = skin.edges[arc].ends[0];
-            vertices.push((vertex as u32, at + r * skin.vertices[vertex]));
+            let offset = r * skin.vertices[vertex];
+            vertices.push(RimVertex { number: vertex as u32, place: at + offset, from_center: offset - to_center });
         }
-        Ok(Outlined { center: at + r * rim.cut * outward, radius, vertices })
+        Ok(Outlined { center: at + to_center, radius, vertices })
     }
 
     /// Rim circles and seam of one strut.
@@ -238,7 +250,7 @@ impl Builder<'_> {
         let (centers, radii, vertices) = (rims.map(|r| r.center), rims.map(|r| r.radius), rims.map(|r| &r.vertices));
         let azimuths = rims.map(|rim| {
             let azimuth = |p: DVec3| p.dot(axis.cross(side)).atan2(p.dot(side));
-            rim.vertices.iter().map(|v| azimuth(v.1 - rim.center)).collect::<Vec<f64>>()
+            rim.vertices.iter().map(|v| azimuth(v.from_center)).collect::<Vec<f64>>()
         });
         let room = (centers[1] - centers[0]).dot(axis);
         if room <= 0.0 {
@@ -247,8 +259,8 @@ impl Builder<'_> {
         let seam = seam::place(&azimuths[0], &azimuths[1]);
         // The seam runs through an existing vertex if there is one; its azimuth is exact there.
         let x = match seam.at {
-            [Some(k), _] => vertices[0][k].1 - centers[0],
-            [None, Some(k)] => vertices[1][k].1 - centers[1],
+            [Some(k), _] => vertices[0][k].from_center,
+            [None, Some(k)] => vertices[1][k].from_center,
             [None, None] => side * seam.azimuth.cos() + axis.cross(side) * seam.azimuth.sin(),
         };
         let x = x.reject_from_normalized(axis).normalize();
@@ -259,7 +271,7 @@ impl Builder<'_> {
                 [] => x,
                 [first, ..] => {
                     let second = vertices[e][1 % vertices[e].len()];
-                    arc_middle(centers[e], outward_sign(end) * axis, [first.1, second.1])
+                    arc_middle(outward_sign(end) * axis, [first, second].map(|v| v.from_center))
                 }
             };
             Circle { center: centers[e], axis, x: middle, radius: radii[e] }
@@ -268,7 +280,7 @@ impl Builder<'_> {
             let e = end as usize;
             let closed = vertices[e].is_empty();
             match seam.at[e] {
-                Some(k) => PlacedEnd { vertex: Some(vertices[e][k].0), point: vertices[e][k].1, split: None, closed },
+                Some(k) => PlacedEnd { vertex: Some(vertices[e][k].number), point: vertices[e][k].place, split: None, closed },
                 None => PlacedEnd { vertex: None, point: centers[e] + radii[e] * x, split: arc_at(&azimuths[e], seam, end), closed },
             }
         });
@@ -280,11 +292,12 @@ impl Builder<'_> {
 impl Solid {
     /// Fills in what takes a look at each node's part: points counted, rims closed, rim arcs mapped on their patches.
     fn find(&mut self) {
-        let of_node = |n: usize| {
+        let maps = map_rims(self);
+        let of_node = |(n, rims)| {
             let (part, loops) = self.part_with_rims(n);
-            (part.point_counts(), Found { loops, rims: map_rims(self, &part), is_finite: part.is_finite() })
+            (part.point_counts(), Found { loops, rims, is_finite: part.is_finite() })
         };
-        let (counts, found): (Vec<_>, Vec<_>) = (0..self.nodes.len()).into_par_iter().map(of_node).unzip();
+        let (counts, found): (Vec<_>, Vec<_>) = maps.into_par_iter().enumerate().map(of_node).unzip();
         let mut next = self.vertex_count() as u32;
         for (k, first) in self.first.iter_mut().enumerate() {
             first.edge_point = next;
@@ -299,17 +312,16 @@ impl Solid {
 }
 
 /// The sign that turns a strut's direction (a to b) outward at this end's node.
-fn outward_sign(end: End) -> f64 {
+pub(super) fn outward_sign(end: End) -> f64 {
     if end == End::A { 1.0 } else { -1.0 }
 }
 
-/// Unit vector to the middle of the arc between two points of a circle, counter-clockwise about
+/// Unit vector to the middle of the arc between two points of a circle, given from its centre, counter-clockwise about
 /// `axis`; opposite to the point if both are one.
-fn arc_middle(center: DVec3, axis: DVec3, [from, to]: [DVec3; 2]) -> DVec3 {
-    let start = (from - center).reject_from_normalized(axis).normalize();
+fn arc_middle(axis: DVec3, [from, to]: [DVec3; 2]) -> DVec3 {
+    let start = from.reject_from_normalized(axis).normalize();
     let side = axis.cross(start);
-    let q = to - center;
-    let angle = q.dot(side).atan2(q.dot(start)).rem_euclid(TAU);
+    let angle = to.dot(side).atan2(to.dot(start)).rem_euclid(TAU);
     let half = if angle == 0.0 { 0.5 * TAU } else { 0.5 * angle };
     let x = start * half.cos() + side * half.sin();
     x.reject_from_normalized(axis).normalize()

@@ -11,8 +11,10 @@ use crate::graph::End;
 use crate::math::gauss;
 use crate::math::nurbs::{NurbsSurface, Table, breaks};
 use crate::math::{Loops, combine, padded, vectorised};
+use crate::patch::Shelved;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -66,7 +68,8 @@ impl std::ops::AddAssign for Flux {
 
 /// Measure a solid. An inside-out node is an error: nothing below it would mean anything.
 pub fn measure(solid: &Solid) -> Result<Measure, BrepError> {
-    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n)).collect();
+    let skins = skin_fluxes(solid);
+    let nodes: Vec<Measure> = (0..solid.nodes.len()).into_par_iter().map(|n| node_body(solid, n, &skins[&solid.skins[n].1.place()])).collect();
     for (&node, body) in solid.nodes.iter().zip(&nodes) {
         if body.volume < 0.0 || body.volume.is_nan() {
             return Err(BrepError::InsideOut { node, volume: body.volume });
@@ -74,6 +77,17 @@ pub fn measure(solid: &Solid) -> Result<Measure, BrepError> {
     }
     let struts = (0..solid.struts.len()).map(|k| strut_body(solid, k));
     Ok(total(nodes.iter().copied().chain(struts)))
+}
+
+/// The patches of each distinct skin, about its node and in its units: nodes that share a skin are measured once.
+fn skin_fluxes(solid: &Solid) -> HashMap<(usize, u64), Flux> {
+    let distinct: BTreeMap<(usize, u64), &Shelved> = solid.skins.iter().map(|(_, skin)| (skin.place(), skin)).collect();
+    let flux = |(place, skin): ((usize, u64), &Shelved)| {
+        let (mut sum, mut rules) = (Flux::default(), Rules::default());
+        skin.skin().patches.iter().for_each(|patch| sum += rules.flux(&patch.surface));
+        (place, sum)
+    };
+    distinct.into_par_iter().map(flux).collect()
 }
 
 /// The cylinder or frustum between a strut's rims.
@@ -108,33 +122,24 @@ pub fn total(bodies: impl Iterator<Item = Measure>) -> Measure {
 }
 
 /// The body between a node's skin (or cap) and the discs of its rims.
-fn node_body(solid: &Solid, n: usize) -> Measure {
-    let part = solid.part(n);
-    let origin = part.center;
-    let mut sum = Flux::default();
-    let mut area = 0.0;
-    let mut rules = Rules::default();
-    for face in &part.faces {
-        match &face.surface {
-            Surface::Spline(s) => {
-                let flux = rules.flux(&part.spline_surface(s, origin));
-                area += flux.area;
-                sum += flux;
-            }
-            Surface::Plane { circle, .. } => {
-                let c = &solid.circles[*circle];
-                return Measure { volume: 0.0, area: PI * c.radius * c.radius, centroid: c.center };
-            }
-            Surface::Sphere { circle, flipped } => {
-                let c = &solid.circles[*circle];
-                let out = if *flipped { -c.axis } else { c.axis };
-                let square = PI * c.radius * c.radius;
-                let centroid = c.center + 0.375 * c.radius * out;
-                return Measure { volume: 2.0 / 3.0 * square * c.radius, area: 2.0 * square, centroid };
-            }
-            Surface::Strut(_) => {}
+fn node_body(solid: &Solid, n: usize, skin: &Flux) -> Measure {
+    let (origin, unit) = (solid.centers[n], solid.skins[n].0);
+    match solid.cap(n).map(|face| face.surface) {
+        Some(Surface::Plane { circle, .. }) => {
+            let c = &solid.circles[circle];
+            return Measure { volume: 0.0, area: PI * c.radius * c.radius, centroid: c.center };
         }
+        Some(Surface::Sphere { circle, flipped }) => {
+            let c = &solid.circles[circle];
+            let out = if flipped { -c.axis } else { c.axis };
+            let square = PI * c.radius * c.radius;
+            let centroid = c.center + 0.375 * c.radius * out;
+            return Measure { volume: 2.0 / 3.0 * square * c.radius, area: 2.0 * square, centroid };
+        }
+        _ => {}
     }
+    let area = unit.powi(2) * skin.area;
+    let mut sum = Flux { area, volume: unit.powi(3) * skin.volume, moment: unit.powi(4) * skin.moment };
     for &(k, end) in solid.arms_of(n) {
         // outward: against the circle's axis at end b
         sum += disc_flux(solid.rim(k as usize, end as usize), if end == End::A { 1.0 } else { -1.0 }, origin);

@@ -89,8 +89,8 @@ pub(super) struct StrutEnd {
 pub(super) struct Found {
     /// The rim of each arm, counter-clockwise about the outward axis, from the seam's vertex on; empty if it is one closed edge.
     pub loops: Box<[Box<[EdgeUse]>]>,
-    /// How each rim arc runs on its patch, in the order of faces and their loops.
-    pub rims: Box<[RimMap]>,
+    /// How each rim arc runs on its patch, in the order of faces and their loops. Shared by nodes that differ in nothing but their places.
+    pub rims: Arc<[RimMap]>,
     /// Whether all its numbers are.
     pub is_finite: bool,
 }

@@ -66,13 +66,18 @@ impl Solid {
 
     /// What the n-th of `nodes` is made of.
     pub fn part(&self, n: usize) -> Part {
-        self.put_together(n, &self.skins[n].1.skin()).0
+        self.put_together(n, &self.skins[n].1.skin(), self.centers[n]).0
+    }
+
+    /// The same part as if the node were at the origin: equal to the bit for nodes that differ in nothing but their places and numbers.
+    pub(super) fn part_at_origin(&self, n: usize, skin: &Skin) -> Part {
+        self.put_together(n, skin, DVec3::ZERO).0
     }
 
     /// The part of a node, and the closed rim of each arm: see `Found::loops`.
     pub(super) fn part_with_rims(&self, n: usize) -> (Part, Box<[Box<[EdgeUse]>]>) {
         let skin = self.skins[n].1.skin();
-        let (part, pieces) = self.put_together(n, &skin);
+        let (part, pieces) = self.put_together(n, &skin, self.centers[n]);
         let rim_loop = |(rim, &(k, end)): (&Rim, &(u32, End))| -> Box<[EdgeUse]> {
             let vertex = self.strut_ends[k as usize][end as usize].vertex;
             let mut around: Vec<EdgeUse> = rim.arcs.iter().flat_map(|&arc| pieces[arc].walk(true)).collect();
@@ -89,32 +94,32 @@ impl Solid {
     pub fn points(&self, n: usize, kind: usize) -> (u32, Vec<DVec3>) {
         let (skin, first) = (self.skins[n].1.skin(), self.first[n]);
         let (first, part) = match kind {
-            0 => (first.vertex, self.bare(n, &skin)),
-            1 => (first.edge_point, self.with_edges(n, &skin).0),
-            _ => (first.face_point, self.put_together(n, &skin).0),
+            0 => (first.vertex, self.bare(n, &skin, self.centers[n])),
+            1 => (first.edge_point, self.with_edges(n, &skin, self.centers[n]).0),
+            _ => (first.face_point, self.put_together(n, &skin, self.centers[n]).0),
         };
         (first, part.points_by_kind()[kind].to_vec())
     }
 
     /// A part without edges and faces.
-    fn bare(&self, n: usize, skin: &Skin) -> Part {
-        let (center, unit) = (self.centers[n], self.skins[n].0);
+    fn bare(&self, n: usize, skin: &Skin, center: DVec3) -> Part {
+        let unit = self.skins[n].0;
         let points: Vec<DVec3> = skin.vertices.iter().map(|&p| center + unit * p).collect();
         let vertex_count = points.len();
         Part { center, points, edges: vec![], faces: vec![], first: self.first[n], vertex_count, edge_point_count: 0 }
     }
 
     /// A part without faces, and the edges that each edge of its skin became.
-    fn with_edges(&self, n: usize, skin: &Skin) -> (Part, Vec<Pieces>) {
-        let mut part = self.bare(n, skin);
+    fn with_edges(&self, n: usize, skin: &Skin, center: DVec3) -> (Part, Vec<Pieces>) {
+        let mut part = self.bare(n, skin, center);
         let pieces = self.skin_edges(n, skin, self.skins[n].0, &mut part);
         part.edge_point_count = part.points.len() - part.vertex_count;
         (part, pieces)
     }
 
-    /// The part of a node, and the edges that each edge of its skin became.
-    fn put_together(&self, n: usize, skin: &Skin) -> (Part, Vec<Pieces>) {
-        let (mut part, pieces) = self.with_edges(n, skin);
+    /// The part of a node at this place, and the edges that each edge of its skin became.
+    fn put_together(&self, n: usize, skin: &Skin, center: DVec3) -> (Part, Vec<Pieces>) {
+        let (mut part, pieces) = self.with_edges(n, skin, center);
         let mut numbers = vec![0; skin.rims.len()];
         let mut first_map = 0;
         for patch in &skin.patches {
@@ -124,9 +129,7 @@ impl Solid {
             part.patch_face(patch, self.skins[n].0, &pieces, first_map, label);
             first_map += part.arcs(&part.faces[part.faces.len() - 1]).count() as u32;
         }
-        if self.first[n + 1].face > part.first.face + skin.patches.len() as u32 {
-            part.faces.push(self.cap(n));
-        }
+        part.faces.extend(self.cap(n));
         (part, pieces)
     }
 
@@ -178,20 +181,20 @@ impl Solid {
         &self.arms[self.first_arm[n] as usize..self.first_arm[n + 1] as usize]
     }
 
-    /// Closes a strut at the n-th of `nodes`, which is of degree 1: flat, or round if the node has a pole.
-    fn cap(&self, n: usize) -> Face {
-        let (k, end) = self.arms_of(n)[0];
+    /// Closes a strut at the n-th of `nodes`, if that is an end: flat, or round if the node has a pole.
+    pub(super) fn cap(&self, n: usize) -> Option<Face> {
+        let (k, end) = *self.arms_of(n).first().filter(|&&(k, end)| self.strut_ends[k as usize][end as usize].closed)?;
         let label = Label::Cap(self.nodes[n]);
         let circle = 2 * k as usize + end as usize;
         // Counter-clockwise about the cap's own outward axis, which points away from the strut.
         let mut boundary = vec![EdgeUse { edge: self.closed_edge(k as usize, end), forward: end == End::B }];
         let flipped = end == End::A;
         let Ok(pole) = self.poles.binary_search(&(n as u32)) else {
-            return Face { boundary, surface: Surface::Plane { circle, flipped }, label };
+            return Some(Face { boundary, surface: Surface::Plane { circle, flipped }, label });
         };
         let edge = self.strut_edges[self.struts.len()] + pole as u32;
         boundary.extend([true, false].map(|forward| EdgeUse { edge, forward }));
-        Face { boundary, surface: Surface::Sphere { circle, flipped }, label }
+        Some(Face { boundary, surface: Surface::Sphere { circle, flipped }, label })
     }
 
     /// The closed edge on a rim without arcs.
@@ -273,6 +276,12 @@ impl Part {
 
     pub fn first_face(&self) -> u32 {
         self.first.face
+    }
+
+    /// One of the skin's vertices, by its number.
+    pub(super) fn vertex(&self, vertex: u32) -> Option<DVec3> {
+        let own = vertex.checked_sub(self.first.vertex).filter(|&v| (v as usize) < self.vertex_count);
+        own.map(|v| self.points[v as usize])
     }
 
     /// The solid's number of one of `points`.

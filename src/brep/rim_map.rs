@@ -7,12 +7,16 @@
 //! tolerance. So it is computed here and written with the file: one polynomial in Bernstein form,
 //! through Chebyshev-Lobatto points, of the lowest degree that is good enough.
 
+use super::assemble::outward_sign;
 use super::model::{Circle, Face, Part, Solid, SplineSurface, Surface};
+use crate::graph::End;
 use crate::math::bernstein::{Interpolation, MOST_DEGREE, basis};
 use crate::math::nurbs::NurbsCurve;
 use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Largest distance between the mapped point and the circle's point, in radii. Well below the
 /// 1e-7 mm of readers for any radius up to 30 mm; round-off stays below 1e-13.
@@ -53,14 +57,50 @@ fn joint(arc: [f64; 2], k: usize, pieces: usize) -> f64 {
     arc[0] + (arc[1] - arc[0]) * k as f64 / pieces as f64
 }
 
-/// Fit where each rim arc of a node's patches runs on its patch, in the order of faces and `Part::arcs`.
-pub(super) fn map_rims(solid: &Solid, part: &Part) -> Box<[RimMap]> {
+/// Fit where each rim arc of each node's patches runs on its patch, in the order of faces and `Part::arcs`. Nodes that differ in nothing but
+/// their places share what is fitted once.
+pub(super) fn map_rims(solid: &Solid) -> Vec<Arc<[RimMap]>> {
+    let keys: Vec<Key> = (0..solid.nodes.len()).into_par_iter().map(|n| key(solid, n)).collect();
+    let (mut known, mut firsts) = (HashMap::new(), vec![]);
+    let of_node = |(n, key): (usize, Key)| {
+        *known.entry(key).or_insert_with(|| {
+            firsts.push(n);
+            firsts.len() - 1
+        })
+    };
+    let of_nodes: Vec<usize> = keys.into_iter().enumerate().map(of_node).collect();
+    let maps: Vec<Arc<[RimMap]>> = firsts.into_par_iter().map(|n| maps_of(solid, n)).collect();
+    of_nodes.into_iter().map(|k| maps[k].clone()).collect()
+}
+
+/// All that a node's maps depend on, to the bit: its skin, its unit of length, and the frame, radius and seam of each rim.
+type Key = ((usize, u64), Vec<u64>);
+
+fn key(solid: &Solid, n: usize) -> Key {
+    let (unit, skin) = &solid.skins[n];
+    let of_arm = |&(k, end): &(u32, End)| {
+        let circle = solid.rim(k as usize, end as usize);
+        let split = solid.strut_ends[k as usize][end as usize].split.map_or(u64::MAX, u64::from);
+        let numbers = [circle.axis, circle.x, solid.seams[k as usize]].map(|v| v.to_array().map(f64::to_bits));
+        numbers.as_flattened().iter().copied().chain([circle.radius.to_bits(), split, end as u64]).collect::<Vec<u64>>()
+    };
+    (skin.place(), std::iter::once(unit.to_bits()).chain(solid.arms_of(n).iter().flat_map(of_arm)).collect())
+}
+
+fn maps_of(solid: &Solid, n: usize) -> Arc<[RimMap]> {
+    let skin = solid.skins[n].1.skin();
+    let part = solid.part_at_origin(n, &skin);
     let of_face = |face: &Face| {
         let Surface::Spline(s) = &face.surface else { return vec![] };
         let map = |(circle, edge): (usize, u32)| {
+            let (k, end) = (circle / 2, [End::A, End::B][circle % 2]);
+            let arm = solid.arms_of(n).iter().position(|&a| a == (k as u32, end)).expect("an arm is listed at its node");
             let circle = &solid.circles[circle];
-            let border = border_row(part, s, circle.center);
-            let arc = azimuths(circle, part.edge(edge).vertices.map(|v| solid.vertex(part, v)));
+            let center = solid.skins[n].0 * skin.rims[arm].cut * (outward_sign(end) * circle.axis);
+            let border = border_row(&part, s, center);
+            // a vertex that is not the skin's is where the seam splits the arc
+            let from_center = |vertex: u32| part.vertex(vertex).map_or(circle.radius * solid.seams[k], |p| p - center);
+            let arc = azimuths(circle, part.edge(edge).vertices.map(from_center));
             let [low, high] = border.domain();
             let jet = border.jet1(0.5 * (low + high));
             let along = circle.axis.cross(jet.p).dot(jet.d) > 0.0;
@@ -82,9 +122,9 @@ fn border_row(part: &Part, s: &SplineSurface, origin: DVec3) -> NurbsCurve {
     }
 }
 
-/// Azimuths of an arc's two ends, the first in [0, 2π), the second above it by at most 2π.
-pub fn azimuths(circle: &Circle, ends: [DVec3; 2]) -> [f64; 2] {
-    let [a, b] = ends.map(|p| circle.azimuth(p - circle.center).rem_euclid(TAU));
+/// Azimuths of an arc's two ends, given from the circle's centre, the first in [0, 2π), the second above it by at most 2π.
+fn azimuths(circle: &Circle, ends: [DVec3; 2]) -> [f64; 2] {
+    let [a, b] = ends.map(|p| circle.azimuth(p).rem_euclid(TAU));
     [a, if b > a { b } else { b + TAU }]
 }
 

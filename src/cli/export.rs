@@ -92,6 +92,9 @@ pub struct ExportArgs {
     /// Time stamp in the file's header, YYYY-MM-DDThh:mm:ss [default: a fixed one, so that files compare equal]
     #[arg(long)]
     time_stamp: Option<TimeStamp>,
+    /// Build nodes of equal stars each for itself: the same file, later. To measure what building them once gains
+    #[arg(long, conflicts_with = "assembly")]
+    no_cache: bool,
     /// Threads [default: all cores]; the file does not depend on it
     #[arg(long)]
     threads: Option<usize>,
@@ -297,6 +300,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             ..StepOptions::default()
         },
         assembly: args.assembly,
+        cache: !args.no_cache,
         ..Options::default()
     })
 }

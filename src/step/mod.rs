@@ -4,14 +4,17 @@
 //! Promised: bytes depend on the model and the options alone; strings are plain ASCII; numbers
 //! read back to the same bits (unless rounding is asked for).
 
+mod assembly;
 pub mod compressed;
 pub mod geometry;
+mod groups;
 pub mod options;
 pub mod readback;
 pub mod template;
 pub mod text;
 pub mod write;
 
+pub use assembly::write_assembly;
 pub use options::{Schema, StepOptions, TimeStamp};
 pub use readback::{ReadBack, ReadBackError, SolidCounts, Validation, read_back};
-pub use write::{Facts, StepError, Written, write, write_assembly};
+pub use write::{Facts, StepError, Written, write};

@@ -10,6 +10,9 @@ use step_io::StepModel;
 use step_io::model::{Circle, EntityKey, PartialEntity, RepresentationItemRef, RepresentationRef, RepresentedDefinitionRef};
 use step_io::scene::{Solid, SurfaceKind};
 
+/// Product names that are printed.
+const MOST_PRODUCTS: usize = 8;
+
 /// Why a file could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadBackError {
@@ -206,7 +209,9 @@ impl fmt::Display for ReadBack {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let or_none = |x: Option<f64>| x.map_or("none".to_owned(), |x| x.to_string());
         writeln!(f, "schema       {}", self.schema.join(", "))?;
-        writeln!(f, "product      {}", self.products.join(", "))?;
+        let (shown, rest) = self.products.split_at(self.products.len().min(MOST_PRODUCTS));
+        let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+        writeln!(f, "product      {}{more}", shown.join(", "))?;
         let unit = self.length_unit.as_ref().map_or("none".to_owned(), |(name, metres)| format!("{name} ({metres} m)"));
         writeln!(f, "length unit  {unit}, uncertainty {}", or_none(self.uncertainty))?;
         writeln!(f, "entities     {}, of which CIRCLE {}", self.entities, self.circles)?;

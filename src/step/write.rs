@@ -3,8 +3,8 @@
 use super::geometry::{Numbers, write_solid};
 use super::options::{Schema, StepOptions, TimeStamp};
 use super::template::fill;
-use super::text::{push_list, push_real, real, string};
-use crate::brep::{Instance, Measure, Model};
+use super::text::{real, string};
+use crate::brep::{Measure, Model};
 use std::io::{self, Write};
 
 /// Entities of the solids start here; the templates use the numbers below.
@@ -61,53 +61,8 @@ pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl 
     Ok(Written { last_entity: next - 1 })
 }
 
-/// Write an assembly: each solid of the model is a part of its own, placed where its instances stand.
-pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
-    check(model, facts, options)?;
-    if !has_extras(options.schema) {
-        return Err(StepError::NoAssembly);
-    }
-    let (numbers, units) = numbers(model);
-    let first = units + PER_UNIT * model.solids.len() as u64;
-    // a line for every few, as in shells
-    let placement = |k: u64| format!("{},#{}", if k % 16 == 15 { "\n" } else { "" }, first + PER_INSTANCE * k + 1);
-    let placements: String = (0..instances.len() as u64).map(placement).collect();
-    out.write_all(preamble("SHAPE_REPRESENTATION", &placements, &numbers, facts, options).as_bytes())?;
-    write_solids(&mut out, model, &numbers, "unit", options)?;
-    for (k, ids) in numbers.iter().enumerate() {
-        let (name, brep) = (format!("'unit_{}'", k + 1), ids.brep.to_string());
-        let text = include_str!("../../step_templates/assembly_unit.txt");
-        out.write_all(numbered(text, units + PER_UNIT * k as u64, PER_UNIT, &[("name", &name), ("brep", &brep)]).as_bytes())?;
-    }
-    for (k, instance) in instances.iter().enumerate() {
-        let mut at = vec![];
-        push_list(&mut at, instance.at.to_array(), push_real);
-        let at = String::from_utf8(at).expect("reals are ASCII");
-        let unit = units + PER_UNIT * instance.unit as u64;
-        let (number, name) = ((k + 1).to_string(), format!("node_{}", instance.node.0));
-        let (definition, shape) = ((unit + 3).to_string(), (unit + 6).to_string());
-        let values = [("at", &at[..]), ("number", &number), ("name", &name), ("definition", &definition), ("shape", &shape)];
-        let text = include_str!("../../step_templates/assembly_instance.txt");
-        out.write_all(numbered(text, first + PER_INSTANCE * k as u64, PER_INSTANCE, &values).as_bytes())?;
-    }
-    out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
-    out.flush()?;
-    Ok(Written { last_entity: first + PER_INSTANCE * instances.len() as u64 - 1 })
-}
-
-/// Entities of a unit besides its solid, and of an instance.
-const PER_UNIT: u64 = 7;
-const PER_INSTANCE: u64 = 7;
-
-/// A template whose entities `{1}`, `{2}`, ... are numbered from `first` on.
-fn numbered(template: &str, first: u64, count: u64, values: &[(&str, &str)]) -> String {
-    let numbers: Vec<(String, String)> = (1..=count).map(|k| (k.to_string(), (first + k - 1).to_string())).collect();
-    let all: Vec<(&str, &str)> = numbers.iter().map(|(name, id)| (&name[..], &id[..])).chain(values.iter().copied()).collect();
-    fill(template, &all)
-}
-
 /// The numbers of all solids, and the next free one.
-fn numbers(model: &Model) -> (Vec<Numbers>, u64) {
+pub(super) fn numbers(model: &Model) -> (Vec<Numbers>, u64) {
     let mut next = FIRST;
     let of_solid = |solid| {
         let ids = Numbers::new(solid, next);
@@ -118,7 +73,7 @@ fn numbers(model: &Model) -> (Vec<Numbers>, u64) {
     (numbers, next)
 }
 
-fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers: &[Numbers], noun: &str, options: &StepOptions) -> io::Result<()> {
+pub(super) fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers: &[Numbers], noun: &str, options: &StepOptions) -> io::Result<()> {
     for (k, (solid, ids)) in model.solids.iter().zip(numbers).enumerate() {
         let name = format!("'{noun}_{}'", k + 1);
         write_solid(out, solid, &name, ids, options.decimals)?;
@@ -130,12 +85,12 @@ fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers: &[Numbers
 }
 
 /// AP203 edition 1 has neither styles nor measure items.
-fn has_extras(schema: Schema) -> bool {
+pub(super) fn has_extras(schema: Schema) -> bool {
     schema != Schema::Ap203
 }
 
 /// Numbers must be finite: Part 21 has no token for others.
-fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), StepError> {
+pub(super) fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), StepError> {
     let m = &facts.measure;
     if !(m.volume.is_finite() && m.area.is_finite() && m.centroid.is_finite() && facts.gap_mm.is_finite()) {
         return Err(StepError::FactsNotFinite);
@@ -153,7 +108,7 @@ fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), Step
 }
 
 /// All before the solids; the product's shape is of this kind and holds these items.
-fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String {
+pub(super) fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String {
     let product = string(&options.product);
     let author = string(&options.author);
     let organization = string(&options.organization);

@@ -35,23 +35,23 @@ def turned(direction) -> np.ndarray:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def fair_radius(r: float) -> float:
+def fair_radius(r: float, segments: int) -> float:
     """Radius of the regular polygon whose area is the circle's."""
-    return r * np.sqrt(2 * np.pi / (SEGMENTS * np.sin(2 * np.pi / SEGMENTS)))
+    return r * np.sqrt(2 * np.pi / (segments * np.sin(2 * np.pi / segments)))
 
 
-def strut(a, b, ra, rb):
+def strut(a, b, ra, rb, segments: int = SEGMENTS):
     length = float(np.linalg.norm(b - a))
-    body = manifold3d.Manifold.cylinder(length, fair_radius(ra), fair_radius(rb), SEGMENTS)
+    body = manifold3d.Manifold.cylinder(length, fair_radius(ra, segments), fair_radius(rb, segments), segments)
     return body.transform(np.column_stack([turned(b - a), a]))
 
 
-def ball(at, r):
-    ball = manifold3d.Manifold.sphere(1.0, SEGMENTS)
+def ball(at, r, segments: int):
+    ball = manifold3d.Manifold.sphere(1.0, segments)
     return ball.scale([r * (4 / 3 * np.pi / ball.volume()) ** (1 / 3)] * 3).translate(list(at))
 
 
-def bodies(graph: dict):
+def bodies(graph: dict, segments: int = SEGMENTS):
     """The struts' cylinders (or cones), and the spheres of the nodes where struts meet."""
     nodes = np.array(graph["nodes"], float)
     degree, largest, struts = np.zeros(len(nodes), int), np.zeros(len(nodes)), []
@@ -59,8 +59,8 @@ def bodies(graph: dict):
         for end, r in ((s["a"], s["ra"]), (s["b"], s["rb"])):
             degree[end] += 1
             largest[end] = max(largest[end], r)
-        struts.append(strut(nodes[s["a"]], nodes[s["b"]], s["ra"], s["rb"]))
-    return struts, [ball(nodes[i], largest[i]) for i in range(len(nodes)) if degree[i] > 1]  # a free end has a flat cap
+        struts.append(strut(nodes[s["a"]], nodes[s["b"]], s["ra"], s["rb"], segments))
+    return struts, [ball(nodes[i], largest[i], segments) for i in range(len(nodes)) if degree[i] > 1]  # a free end has a flat cap
 
 
 def union(parts):

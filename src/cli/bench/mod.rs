@@ -1,6 +1,7 @@
-//! `lattice-brep bench`: seeded random lattices through the whole pipeline, counted as accepted, refused or failed.
+//! `lattice-brep bench`: seeded random lattices through the whole pipeline, counted as accepted, refused or failed; times of nodes.
 
 pub mod random;
+mod table;
 mod tally;
 
 use super::output;
@@ -15,6 +16,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
+use table::TableArgs;
 use tally::{Case, Outcome, Tally};
 
 /// Most struts at a random node. Reason: the largest degree of the tetrahedral lattices known to us is 41.
@@ -22,7 +24,7 @@ const MOST_DEGREE: usize = 45;
 /// Stack of a working thread, bytes: that of a main thread.
 const STACK: usize = 8 << 20;
 
-/// Build seeded random lattices and count what becomes of them
+/// Build seeded random lattices and count what becomes of them; time the nodes of lattices
 #[derive(Args)]
 pub struct BenchArgs {
     #[command(subcommand)]
@@ -47,6 +49,7 @@ enum What {
         #[command(flatten)]
         run: Run,
     },
+    Table(TableArgs),
 }
 
 #[derive(Args)]
@@ -87,6 +90,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Error> {
             },
             Tally::of_graphs(),
         ),
+        What::Table(table) => table.run(),
     }
 }
 
