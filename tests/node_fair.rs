@@ -13,7 +13,7 @@ fn faired(name: &str, axes: Vec<DVec3>, how: Fairing) -> (Control, Control) {
     let star = star(axes);
     let before = control_mesh(&star, &Cells::new(&star).unwrap());
     let mut after = before.clone();
-    fair(&mut after, how, HOLD).unwrap_or_else(|e| panic!("{name}: {e}"));
+    fair(&mut after, &star, how, HOLD).unwrap_or_else(|e| panic!("{name}: {e}"));
     (before, after)
 }
 

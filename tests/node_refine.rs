@@ -21,7 +21,7 @@ fn unfaired(axes: Vec<DVec3>) -> (Star, Control) {
 
 fn control(axes: Vec<DVec3>) -> (Star, Control) {
     let (star, mut control) = unfaired(axes);
-    fair(&mut control, Fairing::Ray, HOLD).unwrap();
+    fair(&mut control, &star, Fairing::Ray, HOLD).unwrap();
     (star, control)
 }
 
