@@ -164,7 +164,7 @@ impl OnConflictArg {
             _ if !of_policy => None,
             OnConflictArg::Refuse => Some(SHRINK),
             OnConflictArg::Shrink | OnConflictArg::Merge => Some(MERGE_SHRINK),
-            OnConflictArg::MergeShrink => None,
+            OnConflictArg::MergeShrink => Some("`--on-conflict shrink` alone keeps all nodes where they are: merging can bring struts nearer to others"),
         }
     }
 }
