@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Gauss points per knot span and direction, tried in turn until two agree: 15 serve most patches, those whose parameters run very
+/// Gauss points per knot span and direction, tried in turn until two agree: 16 or 24 serve most patches, those whose parameters run very
 /// unevenly need all.
 const POINTS: [usize; 7] = [12, 16, 24, 32, 48, 64, 96];
 
@@ -26,9 +26,10 @@ const POINTS: [usize; 7] = [12, 16, 24, 32, 48, 64, 96];
 const WIDE: usize = 4;
 
 /// Parts by which volume and area may differ from those by fewer points. The error falls geometrically with the points (tests), so the
-/// finer of two rules is nearer by more. Measured on 56 patches of a random node that are accepted at 15: volumes within 1e-10, areas within 1e-6.
+/// finer of two rules is nearer by more. Measured: two of 500 random nodes have areas further than 1e-6 from OCC's at 1e-5 here; at 1e-6 both are within 2e-8
+/// of rules on 64 parts of each patch and more, one of them where OCC itself is 1.6e-6 off.
 const AGREE_VOLUME: f64 = 1e-7;
-const AGREE_AREA: f64 = 1e-5;
+const AGREE_AREA: f64 = 1e-6;
 
 /// What a body holds. mm, mm², mm³.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
