@@ -183,7 +183,7 @@ impl Rules {
     }
 
     fn get(&mut self, s: &NurbsSurface, k: usize) -> &[Rule; 2] {
-        let kept = self.0[k].take().filter(|rules| [0, 1].iter().all(|&d| rules[d].fits(s.degree[d], &s.knots[d])));
+        let kept = self.0[k].take().filter(|rules| [0, 1].iter().all(|&d| rules[d].table.fits(s.degree[d], &s.knots[d])));
         self.0[k].insert(kept.unwrap_or_else(|| [0, 1].map(|d| Rule::new(s.degree[d], &s.knots[d], POINTS[k]))))
     }
 }
@@ -255,8 +255,7 @@ impl Loops for Integral<'_> {
 /// Gauss's rule on the knot spans of one parameter: the basis functions at its points, and their weights (shares of the
 /// parameter's length). Lines are padded with points of weight 0.
 struct Rule {
-    degree: usize,
-    knots: Arc<[f64]>,
+    table: Table,
     count: usize,
     weights: Vec<f64>,
     /// A line for each control point.
@@ -276,17 +275,14 @@ impl Rule {
         weights.resize(line, 0.0);
         let size = line * (knots.len() - degree - 1);
         let (mut values, mut slopes) = (vec![0.0; size], vec![0.0; size]);
-        for (k, sample) in Table::new(degree, knots, parameters.into_iter()).samples().iter().enumerate() {
+        let table = Table::new(degree, knots, parameters.into_iter());
+        for (k, sample) in table.samples().iter().enumerate() {
             for r in 0..=degree {
                 values[(sample.first + r) * line + k] = sample.value[r];
                 slopes[(sample.first + r) * line + k] = sample.slope[r];
             }
         }
-        Rule { degree, knots: knots.clone(), count, weights, values, slopes }
-    }
-
-    fn fits(&self, degree: usize, knots: &Arc<[f64]>) -> bool {
-        self.degree == degree && (Arc::ptr_eq(&self.knots, knots) || self.knots == *knots)
+        Rule { table, count, weights, values, slopes }
     }
 }
 

@@ -5,7 +5,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
+use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, Par, Side};
 use std::ops::Range;
 
@@ -62,10 +62,7 @@ impl Blocks {
                 upper.ends.push(upper.rows.len());
             }
         }
-        // corners and edges come with blocks of numbers each: dense kernels pay at any size
-        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
-        let factor = factorize_symbolic_cholesky(upper.pattern(n).as_ref(), Side::Upper, SymmetricOrdering::Identity, params)
-            .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let factor = symbolic(upper.pattern(n).as_ref(), Side::Upper, SymmetricOrdering::Identity)?;
         let firsts = places.iter().map(|&place| starts[place]).collect();
         let order = order.into_iter().flat_map(|b| blocks[b].clone()).collect();
         Ok(Blocks { places, firsts, below, order, pattern: lower.pattern(n), factor })
@@ -150,6 +147,13 @@ impl Columns {
     }
 }
 
+/// The pattern's factor.
+fn symbolic(pattern: SymbolicSparseColMatRef<usize>, side: Side, order: SymmetricOrdering<usize>) -> Result<SymbolicCholesky<usize>, String> {
+    // unknowns come in blocks that meet: dense kernels pay at any size
+    let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
+    factorize_symbolic_cholesky(pattern, side, order, params).map_err(|e| format!("matrix analysis failed: {e:?}"))
+}
+
 /// Factorise, and solve in place.
 fn solve(symbolic: &SymbolicCholesky<usize>, matrix: SparseColMatRef<usize, f64>, x: &mut Mat<f64>) -> Result<(), String> {
     let mut values = vec![0.0; symbolic.len_val()];
@@ -180,9 +184,7 @@ impl Symmetric {
     /// Solve for several right-hand sides at once, one a column.
     pub fn solve(&self, n: usize, mut rhs: Mat<f64>) -> Result<Mat<f64>, String> {
         let matrix = self.assemble(n);
-        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL, ..Default::default() };
-        let symbolic = factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, params)
-            .map_err(|e| format!("matrix analysis failed: {e:?}"))?;
+        let symbolic = symbolic(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd)?;
         solve(&symbolic, matrix.as_ref(), &mut rhs)?;
         Ok(rhs)
     }

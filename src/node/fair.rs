@@ -20,14 +20,6 @@ pub const HOLD: f64 = 2.0;
 
 /// Fair a control mesh in place; only its free vertices move. `hold`: `HOLD`, or another for `Fairing::Ray`, where less is smoother.
 pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<(), String> {
-    let laplacian = match how {
-        Fairing::Ray => cotangent(mesh),
-        Fairing::Paper => uniform(mesh),
-        Fairing::Ball(ball) => {
-            roll(mesh, star, ball);
-            return Ok(());
-        }
-    };
     let mut slot = vec![usize::MAX; mesh.points.len()];
     let mut count = 0;
     for (v, &free) in mesh.free.iter().enumerate() {
@@ -39,7 +31,20 @@ pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<
     if count == 0 {
         return Ok(());
     }
-    if how == Fairing::Ray { along_rays(mesh, &laplacian, &slot, count, hold) } else { in_space(mesh, &laplacian, &slot, count) }
+    match how {
+        Fairing::Ray => {
+            let laplacian = cotangent(mesh);
+            along_rays(mesh, &laplacian, &slot, count, hold)
+        }
+        Fairing::Paper => {
+            let laplacian = uniform(mesh);
+            in_space(mesh, &laplacian, &slot, count)
+        }
+        Fairing::Ball(ball) => {
+            roll(mesh, star, ball);
+            Ok(())
+        }
+    }
 }
 
 /// All but the rims and their 1-ring to where the ball leaves them: the filling may begin before the rows that are free otherwise.

@@ -45,7 +45,7 @@ pub struct Problem<'a> {
     layout: &'a Layout,
     creases: Vec<CreaseForms>,
     radials: Vec<RadialForms>,
-    sectors: Vec<SectorProblem>,
+    sectors: Vec<SectorProblem<'a>>,
     samples: &'a Samples,
     /// Of corners, creases and radials, and their numbers.
     blocks: Blocks,
@@ -54,11 +54,11 @@ pub struct Problem<'a> {
 
 /// One sector's part: a quadratic form ½ (1, x)ᵀ N (1, x) in the patch's own numbers. It is kept in the control values
 /// of w less the strut's own gauge behind the `RIM_ROWS`, in the order of `Samples::values`: the inner ones are numbers themselves.
-struct SectorProblem {
+struct SectorProblem<'a> {
     /// Global number of each border number.
     border: Vec<usize>,
     /// The strut's own gauge, `[is * (q + 1) + iv]`.
-    own: Vec<f64>,
+    own: &'a [f64],
     /// The outer control values, as forms of the constant and the border numbers.
     deviation: SparseColumns,
     /// Distance to the film and thin-plate energy: the quadratic part (see `kept`), and the linear part with its sign turned.
@@ -72,7 +72,7 @@ struct SectorProblem {
 
 impl<'a> Problem<'a> {
     /// The equations of all sectors of a node.
-    pub fn new(tables: &'a Tables, samples: &'a Samples, layout: &'a Layout, sampled: &Sampled) -> Result<Self, String> {
+    pub fn new(tables: &'a Tables, samples: &'a Samples, layout: &'a Layout, sampled: &'a Sampled) -> Result<Self, String> {
         let creases: Vec<CreaseForms> = (0..layout.creases.len()).map(|k| CreaseForms::new(tables, layout, k)).collect();
         let radials: Vec<RadialForms> = (0..layout.radials.len()).map(|k| RadialForms::new(tables, layout, k)).collect();
         let ranges = ranges(tables, layout);
@@ -82,8 +82,8 @@ impl<'a> Problem<'a> {
             let map = SectorMap::new(layout, index);
             let mut border = problem.crease_numbers(sector.crease);
             border.extend(sector.radials.iter().flat_map(|&r| problem.radial_free(r)));
-            let own = seen.own.clone();
-            let deviation = deviation(tables, layout, index, &map, &own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
+            let own = &seen.own;
+            let deviation = deviation(tables, layout, index, &map, own, &problem.creases[sector.crease], sector.radials.map(|r| &problem.radials[r]));
             let Energy { energy, pull, area, bends } = Energy::new(tables, samples, &map, seen, layout.fine);
             problem.sectors.push(SectorProblem { border, own, deviation, energy, pull, area, bends });
         }
@@ -133,7 +133,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-impl SectorProblem {
+impl SectorProblem<'_> {
     /// How many numbers there are, the constant included.
     fn width(&self, samples: &Samples) -> usize {
         1 + self.border.len() + samples.values.len() - samples.outer
@@ -143,7 +143,7 @@ impl SectorProblem {
     fn gauge(&self, samples: &Samples, inner: &[f64], x: &[f64]) -> Vec<f64> {
         let mut numbers = vec![1.0];
         numbers.extend(self.border.iter().map(|&k| x[k]));
-        let mut w = self.own.clone();
+        let mut w = self.own.to_vec();
         let (outer, rest) = samples.values.split_at(samples.outer);
         for (&number, column) in numbers.iter().zip(self.deviation.columns()) {
             column.iter().for_each(|&(k, f)| w[outer[k]] += f * number);
@@ -179,7 +179,7 @@ fn meeting(layout: &Layout, sector: usize) -> [usize; 5] {
 
 /// A sector's equations, its inner numbers eliminated.
 struct Reduction<'a> {
-    sector: &'a SectorProblem,
+    sector: &'a SectorProblem<'a>,
     samples: &'a Samples,
     stiffness: f64,
     scratch: &'a mut Scratch,
@@ -533,7 +533,7 @@ impl Rows {
     }
 }
 
-impl SectorProblem {
+impl SectorProblem<'_> {
     /// N, the lower triangle row by row, padded: Dᵀ Q D for D = (deviation, inner values as they are), less the pull in the column
     /// of the constant. What lies above the triangle, and the row of the constant, hold what they held: no one asks for them.
     #[inline(always)]
