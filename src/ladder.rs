@@ -127,16 +127,18 @@ pub fn in_turn<T>(star: &Star, build: impl Fn(Cells, Lay) -> Result<T, String>) 
 
 /// Fit on one layout at both degrees, the second only where the first fails or misses the tolerance, or is sure to by its forecast.
 pub fn by_degree(layout: &Layout, film: &Film, options: &Options, degrees: &Degrees) -> Result<Fitted, String> {
-    let sampled = patch::sample(layout, film, &degrees.usual);
-    let forecast = sampled.as_ref().map_or(0.0, |sampled| patch::forecast(layout, &degrees.usual, sampled));
+    let sampled = patch::sample_unless_rough(layout, film, &degrees.usual, SURE * options.tolerance);
     let mut failed = None;
-    if forecast > SURE * options.tolerance {
+    if matches!(sampled, Ok(None)) {
         match patch::fit_on(layout, film, &degrees.more) {
             Ok(more) => return Ok(more),
             Err(e) => failed = Some(e),
         }
     }
-    let usual = sampled.and_then(|sampled| patch::fit_sampled(layout, film, &degrees.usual, &sampled));
+    let usual = sampled.and_then(|sampled| match sampled {
+        Some(sampled) => patch::fit_sampled(layout, film, &degrees.usual, &sampled),
+        None => patch::fit_on(layout, film, &degrees.usual),
+    });
     if usual.as_ref().is_ok_and(|f| f.quality.deviation <= options.tolerance) {
         return usual;
     }

@@ -174,6 +174,11 @@ pub struct Symmetric {
 }
 
 impl Symmetric {
+    /// With room for so many additions.
+    pub fn with_capacity(additions: usize) -> Symmetric {
+        Symmetric { entries: Vec::with_capacity(additions) }
+    }
+
     /// Add to entry (row, column); an entry above the diagonal is skipped, its mirror image stands for it.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         if row >= column {

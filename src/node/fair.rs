@@ -89,7 +89,8 @@ fn uniform(mesh: &Control) -> Rows {
 
 /// `L = M⁻¹ C`: cotangent weights over a third of the area of the triangles around.
 fn cotangent(mesh: &Control) -> Rows {
-    let mut rows: Rows = vec![Vec::new(); mesh.points.len()];
+    // four entries for each of a vertex's triangles, mostly six
+    let mut rows: Rows = mesh.points.iter().map(|_| Vec::with_capacity(24)).collect();
     let mut area = vec![0.0; mesh.points.len()];
     for t in &mesh.triangles.0 {
         let [a, b, c] = t.map(|v| v as usize);
@@ -123,7 +124,7 @@ fn cotangent(mesh: &Control) -> Rows {
 
 /// min over t of Σ_i |(L V)_i|² + hold² (t_i - |V_i|)², V_i = t_i u_i at free vertices.
 fn along_rays(mesh: &mut Control, rows: &Rows, slot: &[usize], count: usize, hold: f64) -> Result<(), String> {
-    let mut matrix = Symmetric::default();
+    let mut matrix = Symmetric::with_capacity(count + rows.iter().map(|row| row.len() * (row.len() + 1) / 2).sum::<usize>());
     let mut rhs = Mat::<f64>::zeros(count, 1);
     let unit: Vec<DVec3> = mesh.points.iter().map(|p| p.normalize()).collect();
     for row in rows {

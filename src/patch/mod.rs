@@ -134,18 +134,14 @@ pub fn fit(film: &Film, degree: &Degree) -> Result<Fitted, String> {
 
 /// The same on a layout of the film, which all degrees share.
 pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, String> {
-    sample(layout, film, degree).and_then(|sampled| fit_sampled(layout, film, degree, &sampled))
-}
-
-/// What a fit of a degree asks of the film.
-pub fn sample(layout: &Layout, film: &Film, degree: &Degree) -> Result<Sampled, String> {
     let (tables, samples) = degree.tables(layout.turned);
-    Sampled::new(tables, samples, layout, film)
+    fit_sampled(layout, film, degree, &Sampled::new(tables, samples, layout, film)?)
 }
 
-/// About what a fit of a degree will miss, node units: see `Sampled::roughness`.
-pub fn forecast(layout: &Layout, degree: &Degree, sampled: &Sampled) -> f64 {
-    sampled.roughness(&degree.tables(layout.turned).1)
+/// What a fit of a degree asks of the film; none where it is sure to miss the film by more than `most`, node units (see `Sampled::roughness`).
+pub fn sample_unless_rough(layout: &Layout, film: &Film, degree: &Degree, most: f64) -> Result<Option<Sampled>, String> {
+    let (tables, samples) = degree.tables(layout.turned);
+    Sampled::unless_rougher(tables, samples, layout, film, most)
 }
 
 /// Fit to what was sampled for this degree.

@@ -45,12 +45,24 @@ impl Sampled {
         Ok(Sampled { sectors: sectors.ok_or("a ray from the node misses the film")? })
     }
 
-    /// Largest distance of the film, at the samples, from the surfaces whose w is of one degree less both ways: each sector's by itself, of least squares.
-    /// A forecast of what the fit will miss, without its borders: of 357 nodes of tet lattices the logarithms of both correlate by 0.97.
-    pub fn roughness(&self, samples: &Samples) -> f64 {
+    /// The same, but none where the film's roughness exceeds `most`, node units: the largest distance of the film, at the samples, from the surfaces whose w is of
+    /// one degree less both ways, each sector's by itself, of least squares. A forecast of what the fit will miss, without its borders: of 357 nodes of tet lattices
+    /// the logarithms of both correlate by 0.97.
+    ///
+    /// Films are roughest where struts are closest: those sectors are looked at first, and of four rough films three need no others.
+    pub fn unless_rougher(tables: &Tables, samples: &Samples, layout: &Layout, film: &Film, most: f64) -> Result<Option<Sampled>, String> {
         let lower = |direction: &Direction, from: usize| projection(&direction.rule, from, direction.basis.len() / direction.rule.len() - 2);
         let projections = [lower(&samples.along, 0), lower(&samples.across, RIM_ROWS)];
-        self.sectors.iter().map(|sector| sector.roughness(&projections)).fold(0.0, f64::max)
+        let is_rough = |sector: &SectorSamples| sector.roughness(&projections) > most;
+        let angle = |k: &usize| layout.creases[layout.sectors[*k].crease].frame.theta;
+        let closest = (0..layout.sectors.len()).min_by(|a, b| angle(a).total_cmp(&angle(b)));
+        let mut sampler = film.sampler();
+        let seen = closest.and_then(|k| SectorSamples::new(tables, samples, &SectorMap::new(layout, k), &mut sampler));
+        if seen.is_some_and(|sector| is_rough(&sector)) {
+            return Ok(None);
+        }
+        let sampled = Sampled::new(tables, samples, layout, film)?;
+        Ok((!sampled.sectors.iter().any(is_rough)).then_some(sampled))
     }
 }
 
@@ -81,7 +93,7 @@ impl SectorSamples {
         Some(SectorSamples { own, targets, moves, weights })
     }
 
-    /// See `Sampled::roughness`; `projections` along and across.
+    /// See `Sampled::unless_rougher`; `projections` along and across.
     fn roughness(&self, [along, across]: &[Vec<f64>; 2]) -> f64 {
         let (na, m) = (along.len().isqrt(), across.len().isqrt());
         let product = |f: &[f64], g: &[f64]| f.iter().zip(g).map(|(f, g)| f * g).sum::<f64>();
