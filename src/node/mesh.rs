@@ -199,6 +199,14 @@ fn holds([a, b, c]: [DVec3; 3], side: [f64; 3]) -> bool {
     side[0] >= slack && side[1] >= slack && side[2] >= slack && a.dot(b.cross(c)) > 0.0
 }
 
+/// A facet that holds a ray: its vertices' points, and the ray's `sides`.
+#[derive(Clone, Copy)]
+struct Met {
+    facet: Facet,
+    corners: [DVec3; 3],
+    sides: [f64; 3],
+}
+
 /// Leaps of a ray before it goes step by step.
 const MOST_LEAPS: usize = 6;
 
@@ -237,11 +245,9 @@ impl<'a> Caster<'a> {
     #[inline(always)]
     fn cast(&mut self, direction: DVec3) -> Option<Hit> {
         let u = direction.normalize();
-        let facet = self.find(u)?;
+        let Met { facet, corners: [a, b, c], sides: [third, first, second] } = self.find(u)?;
         self.at = facet;
         let sleeve = &self.mesh.sleeves[facet.arm];
-        let [a, b, c] = self.mesh.corners(facet);
-        let [third, first, second] = sides([a, b, c], u);
         let scale = 1.0 / (first + second + third);
         let (first, second, third) = (first * scale, second * scale, third * scale);
         let p = first * a + second * b + third * c;
@@ -257,7 +263,7 @@ impl<'a> Caster<'a> {
 
     /// The facet that holds the ray.
     #[inline(always)]
-    fn find(&self, u: DVec3) -> Option<Facet> {
+    fn find(&self, u: DVec3) -> Option<Met> {
         const NEAR: f64 = 0.995; // cosine
         let mesh = self.mesh;
         let p = mesh.sleeves[self.at.arm].point(self.at.row, self.at.column);
@@ -265,9 +271,9 @@ impl<'a> Caster<'a> {
         let near = along > 0.0 && along * along > NEAR * NEAR * p.length_squared();
         if near
             && mesh.folds.is_none()
-            && let Some(facet) = self.walk(self.at, u, MOST_LEAPS)
+            && let Some(met) = self.walk(self.at, u, MOST_LEAPS)
         {
-            return Some(facet);
+            return Some(met);
         }
         let place = cell(u);
         let known = mesh.starts[place].unwrap_or(self.at);
@@ -280,14 +286,14 @@ impl<'a> Caster<'a> {
 
     /// The facet that holds the ray, by walking from `facet` towards it, with some leaps at first; none where that does not lead there.
     #[inline(always)]
-    fn walk(&self, mut facet: Facet, u: DVec3, mut leaps: usize) -> Option<Facet> {
+    fn walk(&self, mut facet: Facet, u: DVec3, mut leaps: usize) -> Option<Met> {
         const MOST_STEPS: usize = 200;
         let mut from = 3;
         for _ in 0..MOST_STEPS {
             let corners = self.mesh.corners(facet);
             let side = sides(corners, u);
             if holds(corners, side) {
-                return Some(facet);
+                return Some(Met { facet, corners, sides: side });
             }
             if leaps > 0 {
                 leaps -= 1;
@@ -332,7 +338,7 @@ impl<'a> Caster<'a> {
     }
 
     /// All facets, the outermost hit first.
-    fn search(&self, u: DVec3) -> Option<Facet> {
+    fn search(&self, u: DVec3) -> Option<Met> {
         // a facet that holds the ray has no vertex farther from it than its longest edge
         let reach_sq = self.mesh.folds.as_ref().map_or(f64::INFINITY, |f| f.reach_sq(self.mesh) * (1.0 + 1e-9));
         let (mut found, mut farthest) = (None, 0.0);
@@ -348,8 +354,9 @@ impl<'a> Caster<'a> {
                     }
                     for facet in [0, 1].map(|half| Facet { arm, row, column, half }) {
                         let corners = self.mesh.corners(facet);
-                        if holds(corners, sides(corners, u)) {
-                            (found, farthest) = (Some(facet), reach);
+                        let sides = sides(corners, u);
+                        if holds(corners, sides) {
+                            (found, farthest) = (Some(Met { facet, corners, sides }), reach);
                         }
                     }
                 }

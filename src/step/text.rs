@@ -9,18 +9,20 @@ pub fn push_real(out: &mut Vec<u8>, x: f64) {
         return;
     }
     let mut buffer = zmij::Buffer::new();
-    let text = buffer.format_finite(x);
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((text, ""));
-    match mantissa.strip_suffix(".0") {
-        Some(whole) => out.extend_from_slice(whole.as_bytes()),
-        None => out.extend_from_slice(mantissa.as_bytes()),
-    }
-    if mantissa.ends_with(".0") || !mantissa.contains('.') {
-        out.push(b'.');
-    }
-    if !exponent.is_empty() {
+    let text = buffer.format_finite(x).as_bytes();
+    // an exponent has at most five bytes; a number without one has a point
+    let tail = text.len().saturating_sub(5);
+    let mantissa = match text[tail..].iter().position(|&c| c == b'e') {
+        None => text,
+        Some(at) => &text[..tail + at],
+    };
+    out.extend_from_slice(mantissa.strip_suffix(b"0").filter(|whole| whole.ends_with(b".")).unwrap_or(mantissa));
+    if mantissa.len() < text.len() {
+        if !mantissa.contains(&b'.') {
+            out.push(b'.');
+        }
         out.push(b'E');
-        out.extend_from_slice(exponent.as_bytes());
+        out.extend_from_slice(&text[mantissa.len() + 1..]);
     }
 }
 
@@ -80,18 +82,8 @@ pub fn push_ref(out: &mut Vec<u8>, id: u64) {
 }
 
 /// A whole number.
-pub fn push_integer(out: &mut Vec<u8>, mut n: u64) {
-    let mut digits = [0u8; 20];
-    let mut at = digits.len();
-    loop {
-        at -= 1;
-        digits[at] = b'0' + (n % 10) as u8;
-        n /= 10;
-        if n == 0 {
-            break;
-        }
-    }
-    out.extend_from_slice(&digits[at..]);
+pub fn push_integer(out: &mut Vec<u8>, n: u64) {
+    out.extend_from_slice(itoa::Buffer::new().format(n).as_bytes());
 }
 
 /// `(a,b,...)` of whatever `item` writes.
