@@ -1,4 +1,4 @@
-"""Draws the figures of docs/method/evaluation.md from what `lattice-brep evaluate` writes; into docs/pictures/.
+"""Draws the figures of docs/evaluation.md from what `lattice-brep evaluate` writes; into docs/pictures/.
 
     validation/.venv/bin/python validation/figures.py surfaces          figures 14 and 15 of the paper: curvature and distance
     validation/.venv/bin/python validation/figures.py trade FILE..      deviation against fairness, from `evaluate nodes --trade --json FILE`

@@ -122,6 +122,8 @@ impl Solid {
         let (mut part, pieces) = self.with_edges(n, skin, center);
         let mut numbers = vec![0; skin.rims.len()];
         let mut first_map = 0;
+        part.points.reserve(skin.patches.iter().map(|patch| patch.surface.points.len()).sum());
+        part.faces.reserve(skin.patches.len());
         for patch in &skin.patches {
             numbers[patch.arm] += 1;
             let (k, _) = self.arms_of(n)[patch.arm];
@@ -142,6 +144,7 @@ impl Solid {
         };
         let splits: Vec<usize> = arms.iter().enumerate().filter_map(split).collect();
         let mut pieces = Vec::with_capacity(skin.edges.len());
+        part.edges.reserve(skin.edges.len() + splits.len());
         for (index, edge) in skin.edges.iter().enumerate() {
             let [from, to] = edge.ends.map(|v| part.first.vertex + v as u32);
             let first = part.first.edge + part.edges.len() as u32;

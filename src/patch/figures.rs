@@ -11,7 +11,7 @@ use crate::patch::fairness;
 const U: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const V: [f64; 2] = [0.75, 1.0];
 
-/// Gauss points each way for volumes. Measured on `evaluate nodes`: docs/method/evaluation.md.
+/// Gauss points each way for volumes. Measured on `evaluate nodes`: docs/evaluation.md.
 const POINTS: usize = 5;
 
 /// Figures of one skin.
