@@ -13,11 +13,14 @@ pub struct Fault {
     pub path: String,
     pub found: String,
     pub wanted: String,
+    /// Two struts that come too close: smaller radii, or a common node, may mend it.
+    #[serde(skip)]
+    pub is_overlap: bool,
 }
 
 impl Fault {
     pub fn new(path: impl Into<String>, found: impl Into<String>, wanted: impl Into<String>) -> Self {
-        Fault { path: path.into(), found: found.into(), wanted: wanted.into() }
+        Fault { path: path.into(), found: found.into(), wanted: wanted.into(), is_overlap: false }
     }
 }
 

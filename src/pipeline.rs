@@ -58,7 +58,7 @@ pub struct Solved {
 pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Result<Lattice, Error> {
     let part = graph::crop::crop(&lattice.graph, min, max).graph;
     if part.struts().is_empty() {
-        return Err(Error::BadInput(vec![Fault::new("--crop", "a box that holds no node", "a box around at least one node")]));
+        return Err(Error::BadInput(vec![Fault::new("--crop", "a box in which no strut is left", "a box around at least one node and more than a radius of its struts")]));
     }
     let (kept, all) = (part.struts().len(), lattice.graph.struts().len());
     let mut notes = vec![Note::new("document", format!("cropped: {kept} of {all} struts kept"))];
@@ -123,7 +123,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
     };
     let worst = |w: &brep::Worst| Worst { value: w.value, place: w.to_string() };
     let shape = shape_facts(graph, &facts_of_nodes);
-    let fit = fit_facts(&facts_of_nodes, options.tolerance);
+    let fit = fit_facts(graph, &facts_of_nodes, options.tolerance);
     let report = Report {
         program: concat!("lattice-brep ", env!("CARGO_PKG_VERSION")).into(),
         counts: counts(&model),
@@ -141,8 +141,10 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
             rim_jump_deg: worst(&quality.rim_jump_deg),
             gap_mm: worst(&quality.gap_mm),
             facing: worst(&quality.facing),
-            deviation_radii: fit.worst,
+            deviation_radii: fit.farthest,
             mean_deviation_radii: fit.mean,
+            isoline_deg: fit.isoline,
+            curvature_jump: fit.jump,
             over_tolerance: fit.over,
         },
         rungs,
@@ -209,13 +211,24 @@ struct NodeFacts {
     reasons: Vec<String>,
     deviation: f64,
     mean_deviation: f64,
+    /// The patch with the largest distance: its arm, and its number there, from 1.
+    farthest: (usize, u32),
+    isoline: f64,
     figures: Figures,
 }
 
 impl NodeFacts {
     fn of(built: &Kept) -> NodeFacts {
-        let Kept { rung, quality, figures, reasons, .. } = built;
-        NodeFacts { rung: *rung, reasons: reasons.clone(), deviation: quality.deviation, mean_deviation: quality.mean_deviation, figures: *figures }
+        let Kept { rung, quality: q, figures, reasons, .. } = built;
+        NodeFacts {
+            rung: *rung,
+            reasons: reasons.clone(),
+            deviation: q.deviation,
+            mean_deviation: q.mean_deviation,
+            farthest: q.farthest,
+            isoline: q.isoline,
+            figures: *figures,
+        }
     }
 }
 
@@ -270,18 +283,31 @@ fn shape_facts(graph: &Graph, facts: &[Option<NodeFacts>]) -> ShapeFacts {
 }
 
 struct FitFacts {
-    worst: Worst,
+    farthest: Worst,
     mean: f64,
     over: usize,
+    isoline: Worst,
+    jump: Worst,
 }
 
-fn fit_facts(facts: &[Option<NodeFacts>], tolerance: f64) -> FitFacts {
-    let mut out = FitFacts { worst: Worst { value: 0.0, place: "nowhere".into() }, mean: 0.0, over: 0 };
+fn fit_facts(graph: &Graph, facts: &[Option<NodeFacts>], tolerance: f64) -> FitFacts {
+    let nowhere = |value: f64| Worst { value, place: "nowhere".into() };
+    let mut out = FitFacts { farthest: nowhere(0.0), mean: 0.0, over: 0, isoline: nowhere(90.0), jump: nowhere(0.0) };
     let mut count = 0.0;
     for (n, fact) in facts.iter().enumerate() {
         let Some(fact) = fact.as_ref().filter(|f| f.rung != Rung::End && f.rung != Rung::Sharp) else { continue };
-        if fact.deviation > out.worst.value {
-            out.worst = Worst { value: fact.deviation, place: format!("node_{n}") };
+        let node = NodeId(n as u32);
+        let at_node = |value: f64| Worst { value, place: format!("node_{n}") };
+        if fact.deviation > out.farthest.value {
+            let (arm, number) = fact.farthest;
+            let label = brep::Label::Patch { node, strut: graph.arms(node)[arm].strut, number };
+            out.farthest = Worst { value: fact.deviation, place: label.to_string() };
+        }
+        if fact.isoline < out.isoline.value {
+            out.isoline = at_node(fact.isoline);
+        }
+        if fact.figures.jump > out.jump.value {
+            out.jump = at_node(fact.figures.jump);
         }
         out.mean += fact.mean_deviation;
         out.over += usize::from(fact.deviation > tolerance);

@@ -108,6 +108,11 @@ pub struct Quality {
     pub deviation_radii: Worst,
     /// Mean over nodes of the mean distance between patches and film, in strut radii.
     pub mean_deviation_radii: f64,
+    /// Least angle between the lines of constant parameters of a patch, degrees, and its node: small ones are hard for other programs.
+    pub isoline_deg: Worst,
+    /// Largest difference of the mean curvatures on both sides of an edge, times the largest radius of its node's struts: the solid is tangent-continuous, not
+    /// curvature-continuous.
+    pub curvature_jump: Worst,
     /// Nodes whose patches stay further from their film than the tolerance asks.
     pub over_tolerance: usize,
 }

@@ -281,6 +281,24 @@ fn vtp_lines_are_read_as_text() {
     assert_eq!(faults(&part)[0], "Piece[0].cell radii: found 1 values, wanted 2");
 }
 
+/// Found by fuzzing: in a second piece the first point's number was added to one that is out of range before that was looked at.
+#[test]
+fn point_numbers_beyond_all_integers_are_faults_in_any_piece() {
+    let piece = |numbers: &str| {
+        format!(
+            r#"<Piece><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0</DataArray></Points>
+<Lines><DataArray type="Int64" Name="connectivity" format="ascii">{numbers}</DataArray><DataArray type="Int64" Name="offsets" format="ascii">2</DataArray></Lines>
+<PointData><DataArray type="Float64" Name="radius" format="ascii">0.1 0.1</DataArray></PointData></Piece>"#
+        )
+    };
+    let text = |second: &str| format!(r#"<VTKFile type="PolyData"><PolyData>{}{}</PolyData></VTKFile>"#, piece("0 1"), piece(second));
+    assert_eq!(count(&read("a.vtp", text("0 1"))), (4, 2));
+    for number in ["2", "4294967295", "1e300", "-1", "0.5", "nan"] {
+        let found = faults(&read("a.vtp", text(&format!("0 {number}"))));
+        assert!(found.iter().any(|f| f.starts_with("Piece[1].cells[0]: found the points 0 ")), "{number}: {found:?}");
+    }
+}
+
 #[test]
 fn vtu_files_that_lie_are_refused() {
     let claimed = vtu("", |b| (r#"format="binary""#.into(), base64(&[&[255u8; 4], b].concat())), "");

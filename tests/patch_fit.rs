@@ -5,6 +5,7 @@ mod common;
 use common::*;
 use glam::DVec3;
 use lattice_brep::ladder::{self, Built, Degrees, Rung};
+use lattice_brep::math::nurbs::NurbsSurface;
 use lattice_brep::node::{Fairing, Film, Method};
 use lattice_brep::options::Options;
 use lattice_brep::patch::Degree;
@@ -78,9 +79,15 @@ fn the_forecast_is_near_what_is_missed() {
     let misses = |axes: Vec<DVec3>| {
         let film = Film::build(star(axes), Method::SoapFilm, Fairing::Ray, 3).unwrap();
         let layout = Layout::new(&film.star, &film.cells).unwrap();
-        let sampled = patch::sample(&layout, &film, &degree).unwrap();
-        let missed = patch::fit_sampled(&layout, &film, &degree, &sampled).unwrap().quality.deviation;
-        (patch::forecast(&layout, &degree, &sampled), missed)
+        let missed = patch::fit_on(&layout, &film, &degree).unwrap().quality.deviation;
+        let is_rough = |most: f64| patch::sample_unless_rough(&layout, &film, &degree, most).unwrap().is_none();
+        let (mut forecast, mut above) = (1e-5, 1.0);
+        assert!(is_rough(forecast) && !is_rough(above));
+        for _ in 0..10 {
+            let middle = f64::sqrt(forecast * above);
+            if is_rough(middle) { forecast = middle } else { above = middle }
+        }
+        (forecast, missed)
     };
     let nodes: Vec<(f64, f64)> =
         [(2, 4, 40.0), (5, 9, 25.0), (7, 6, 20.0), (8, 12, 15.0)].into_iter().map(|(seed, n, angle)| misses(random(seed, n, angle))).collect();
@@ -101,6 +108,22 @@ fn reported_quality_is_what_is_measured() {
         assert!((q.facing - facing(&fitted.skin)).abs() < 0.05, "{name}: {} and {}", q.facing, facing(&fitted.skin));
         assert!(q.jump < 1e-6 && q.rim_jump < 1e-6 && q.mean_deviation < q.deviation, "{name}: {q:?}");
         check::accept(&q).unwrap();
+        let at = |k: usize| k as f64 / 20.0;
+        let angle = |s: &NurbsSurface, u: f64, v: f64| {
+            let jet = s.jet1(u, v);
+            let angle = jet.du.angle_between(jet.dv).to_degrees();
+            angle.min(180.0 - angle)
+        };
+        let all = fitted.skin.patches.iter().flat_map(|p| (0..=400).map(|k| angle(&p.surface, at(k / 21 % 21), at(k % 21))));
+        let least = all.fold(90.0, f64::min);
+        assert!(q.isoline > least - 1e-9 && q.isoline < 1.2 * least + 1.0, "{name}: {} and {least}", q.isoline);
+        // a patch that is moved outward is the farthest
+        let mut moved = fitted.skin.clone();
+        let last = moved.patches.len() - 1;
+        moved.patches[last].surface.points.iter_mut().for_each(|p| *p *= 1.4);
+        let arm = moved.patches[last].arm;
+        let number = moved.patches.iter().filter(|p| p.arm == arm).count() as u32;
+        assert_eq!(check::measure(&moved, &film).farthest, (arm, number), "{name}");
         // a patch turned by 1° is seen at its edges
         let mut broken = fitted.skin.clone();
         let turn = glam::DQuat::from_axis_angle(broken.vertices[0].normalize(), 1f64.to_radians());
@@ -113,7 +136,7 @@ fn reported_quality_is_what_is_measured() {
 
 #[test]
 fn checks_refuse_folds_jumps_strangers_and_nan() {
-    let good = check::Quality { jump: 0.0, rim_jump: 0.0, facing: 0.5, deviation: 0.01, mean_deviation: 0.001 };
+    let good = check::Quality { facing: 0.5, deviation: 0.01, mean_deviation: 0.001, ..check::Quality::default() };
     check::accept(&good).unwrap();
     for (bad, word) in [
         (check::Quality { jump: 0.06, ..good }, "jump"),

@@ -11,7 +11,6 @@ use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::Lattice;
 use lattice_brep::graph::check::{self, Overlaps};
 use lattice_brep::graph::import::Imported;
-use lattice_brep::graph::proximity::NearMiss;
 use lattice_brep::graph::repair::merge::MERGE_ANGLE;
 use lattice_brep::graph::repair::{Repair, Repaired};
 use lattice_brep::node::Fairing;
@@ -157,7 +156,7 @@ impl OnConflictArg {
         const SHRINK: &str = "`--on-conflict shrink` makes radii smaller where nothing fits; `merge,shrink` joins nodes that are too near first";
         let of_policy = match error {
             Error::CannotBuild { .. } => true,
-            Error::BadInput(faults) => faults.iter().all(NearMiss::is_fault),
+            Error::BadInput(faults) => faults.iter().all(|fault| fault.is_overlap),
             Error::Io { .. } | Error::Internal(_) => false,
         };
         match self {

@@ -61,19 +61,11 @@ pub struct NearMiss {
     pub at: DVec3,
 }
 
-/// How the fault of a near miss ends.
-const OR_A_COMMON_NODE: &str = ", the sum of the radii, or a common node";
-
 impl NearMiss {
     /// As a fault of the second strut.
     pub fn fault(&self) -> Fault {
-        let wanted = format!("more than {} mm{OR_A_COMMON_NODE}", self.wanted);
-        Fault::new(format!("struts[{}]", self.b.0), self.found(), wanted)
-    }
-
-    /// Whether a fault is of this kind.
-    pub fn is_fault(fault: &Fault) -> bool {
-        fault.wanted.ends_with(OR_A_COMMON_NODE)
+        let wanted = format!("more than {} mm, the sum of the radii, or a common node", self.wanted);
+        Fault { is_overlap: true, ..Fault::new(format!("struts[{}]", self.b.0), self.found(), wanted) }
     }
 
     /// As a note on the second strut.

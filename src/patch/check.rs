@@ -17,6 +17,10 @@ pub struct Quality {
     /// Largest and mean distance between skin and film, along the film's normal.
     pub deviation: f64,
     pub mean_deviation: f64,
+    /// The patch with the largest distance: its arm, and its number among the arm's patches, from 1.
+    pub farthest: (usize, u32),
+    /// Least angle between the iso-lines of a patch.
+    pub isoline: f64,
 }
 
 /// Samples per direction on each patch, borders included.
@@ -56,7 +60,7 @@ pub fn jets(skin: &Skin, parameters: &[f64]) -> Vec<Vec<Jet1>> {
 
 /// Measure a skin against the film it was fitted to.
 pub fn measure(skin: &Skin, film: &Film) -> Quality {
-    let mut q = Quality { facing: 1.0, ..Quality::default() };
+    let mut q = Quality { facing: 1.0, isoline: 90.0, ..Quality::default() };
     let jets = jets(skin, &std::array::from_fn::<_, SAMPLES, _>(|k| k as f64 / LAST as f64));
     // (patch, side, runs forward) of the users of each edge, the first two
     let mut users: Vec<[Option<(usize, usize, bool)>; 2]> = vec![[None; 2]; skin.edges.len()];
@@ -85,17 +89,23 @@ pub fn measure(skin: &Skin, film: &Film) -> Quality {
     }
     let mut sampler = film.sampler();
     let mut count = 0.0;
-    for jets in &jets {
+    let mut numbers = vec![0; skin.rims.len()];
+    for (patch, jets) in skin.patches.iter().zip(&jets) {
+        numbers[patch.arm] += 1;
         for i in 0..SAMPLES {
             for step in 0..SAMPLES {
                 let jet = &jets[i * SAMPLES + if i % 2 == 0 { step } else { LAST - step }];
                 let ray = jet.p.normalize();
+                q.isoline = q.isoline.min(jet.du.cross(jet.dv).length().atan2(jet.du.dot(jet.dv).abs()).to_degrees());
                 let facing = normal(jet).dot(ray);
                 if facing.is_nan() || facing < q.facing {
                     q.facing = facing;
                 }
                 if let Some(hit) = sampler.hit(ray) {
                     let off = (jet.p.length() - hit.distance).abs() * hit.normal.dot(ray).max(0.0);
+                    if off > q.deviation {
+                        q.farthest = (patch.arm, numbers[patch.arm]);
+                    }
                     raise(&mut q.deviation, off);
                     q.mean_deviation += off;
                     count += 1.0;

@@ -80,9 +80,12 @@ pub fn mean(surface: &NurbsSurface, u: f64, v: f64) -> f64 {
     Curved::new(&surface.jet2(u, v)).mean
 }
 
-/// The largest concave curvature at several u of one v, in 1/r: minus the smaller principal curvature, at least 0.
-pub fn concave(surface: &NurbsSurface, us: impl Iterator<Item = f64>, v: f64) -> f64 {
-    surface.jets2(us, v).map(|jet| Curved::new(&jet).concave()).fold(0.0, f64::max)
+/// Mean curvature, and largest concave curvature (minus the smaller principal one, at least 0), at several u of one v, in 1/r.
+pub fn curvatures(surface: &NurbsSurface, us: impl Iterator<Item = f64>, v: f64) -> impl Iterator<Item = (f64, f64)> {
+    surface.jets2(us, v).map(|jet| {
+        let at = Curved::new(&jet);
+        (at.mean, at.concave())
+    })
 }
 
 /// Measure all patches of a skin and the edges between them.

@@ -1,15 +1,15 @@
-//! What the report tells of a skin's shape, from a few samples a patch: its tightest valley, and its volume against the original shape's.
-//! Node units.
+//! What the report tells of a skin's shape, from a few samples a patch: its tightest valley, how far curvature jumps at its edges, and its volume against
+//! the original shape's. Node units.
 
 use crate::math::gauss;
 use crate::node::Star;
-use crate::patch::Skin;
 use crate::patch::check::jets;
 use crate::patch::fairness;
+use crate::patch::{Patch, Skin, SkinCurve};
 
-/// Where curvature is asked for: valleys follow the cell sides (v = 1). All of a patch would cost 6 % of a run.
+/// Where curvature is asked for: valleys follow the cell sides (v = 1), rims are at v = 0. All of a patch would cost 6 % of a run.
 const U: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-const V: [f64; 2] = [0.75, 1.0];
+const V: [f64; 3] = [0.0, 0.75, 1.0];
 
 /// Gauss points each way for volumes. Measured on `evaluate nodes`: docs/evaluation.md.
 const POINTS: usize = 5;
@@ -19,6 +19,8 @@ const POINTS: usize = 5;
 pub struct Figures {
     /// Largest concave curvature at the samples, in 1/r: 1 over the radius of the tightest valley. 0 where nothing is concave.
     pub concave: f64,
+    /// Largest difference of the mean curvatures on both sides of an edge, another patch's or the strut's, in 1/r: tangent planes agree there, curvatures need not.
+    pub jump: f64,
     /// Volume outside the original shape, and volume of it that the skin leaves out, in r³.
     pub added: f64,
     pub removed: f64,
@@ -26,10 +28,53 @@ pub struct Figures {
 
 /// Measure a skin with so many samples as a run can afford.
 pub fn measure(skin: &Skin, star: &Star) -> Figures {
-    let of = |surface| V.map(|v| fairness::concave(surface, U.into_iter(), v));
-    let concave = skin.patches.iter().flat_map(|patch| of(&patch.surface)).fold(0.0, f64::max);
+    let mut concave = 0.0f64;
+    let means = |patch: &Patch| {
+        V.map(|v| {
+            let mut means = [0.0; U.len()];
+            for (mean, (at, hollow)) in means.iter_mut().zip(fairness::curvatures(&patch.surface, U.into_iter(), v)) {
+                *mean = at;
+                concave = concave.max(hollow);
+            }
+            means
+        })
+    };
+    let means: Vec<[[f64; U.len()]; V.len()]> = skin.patches.iter().map(means).collect();
     let [added, removed] = volumes(skin, star, POINTS);
-    Figures { concave, added, removed }
+    Figures { concave, jump: jump(skin, &means), added, removed }
+}
+
+/// The largest difference of mean curvatures (of each patch at the `V` and `U`) on both sides of an edge.
+fn jump(skin: &Skin, means: &[[[f64; U.len()]; V.len()]]) -> f64 {
+    let [rim, between, side] = [0, 1, 2];
+    let last = U.len() - 1;
+    let mut first: Vec<Option<[f64; U.len()]>> = vec![None; skin.edges.len()];
+    let mut most = 0.0f64;
+    for (patch, means) in skin.patches.iter().zip(means) {
+        for (place, &(edge, forward)) in patch.boundary.iter().enumerate() {
+            let mut along = match place {
+                0 => means[rim],
+                1 => [means[between][last]; U.len()],
+                2 => std::array::from_fn(|k| means[side][last - k]),
+                _ => [means[between][0]; U.len()],
+            };
+            if let SkinCurve::RimArc(arm) = skin.edges[edge].curve {
+                let rim = &skin.rims[arm];
+                // of the cone (Curved: the radius square to it, half of one over that)
+                let own = 0.5 / (rim.radius * (1.0 + rim.taper * rim.taper).sqrt());
+                most = along.iter().fold(most, |most, mean| most.max((mean - own).abs()));
+                continue;
+            }
+            if !forward {
+                along.reverse();
+            }
+            match first[edge] {
+                None => first[edge] = Some(along),
+                Some(other) => most = other.iter().zip(along).fold(most, |most, (a, b)| most.max((a - b).abs())),
+            }
+        }
+    }
+    most
 }
 
 /// Volume added to the original shape and removed from it, r³: both are star-shaped, so along the ray of each point p of the skin the
@@ -82,6 +127,9 @@ mod tests {
         let few = measure(&skin, &star);
         assert!((few.added / added - 1.0).abs() < 0.01, "{} {added}", few.added);
         // the tightest valley of the octahedral node, as `fairness::measure` finds it at many more places
-        assert!((few.concave / fairness::measure(&skin).most_concave - 1.0).abs() < 0.05);
+        let fair = fairness::measure(&skin);
+        assert!((few.concave / fair.most_concave - 1.0).abs() < 0.05);
+        // and the largest jump between patches, or a larger one at a rim
+        assert!(few.jump > 0.9 * fair.most_jump && few.jump < 2.0 * fair.most_jump, "{} {}", few.jump, fair.most_jump);
     }
 }

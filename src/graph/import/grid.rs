@@ -81,7 +81,7 @@ impl Grid {
                 continue;
             }
             let nodes: Option<Vec<u32>> =
-                cell.iter().take(corners).map(|&n| (n >= 0.0 && n < count as f64 && n.fract() == 0.0).then_some(first + n as u32)).collect();
+                cell.iter().take(corners).map(|&n| (n >= 0.0 && n < count as f64 && n.fract() == 0.0).then(|| first + n as u32)).collect();
             let nodes = match nodes {
                 Some(nodes) if nodes.len() == corners && corners >= 2 => nodes,
                 _ => {
