@@ -58,7 +58,11 @@ pub struct Solved {
 pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Result<Lattice, Error> {
     let part = graph::crop::crop(&lattice.graph, min, max).graph;
     if part.struts().is_empty() {
-        return Err(Error::BadInput(vec![Fault::new("--crop", "a box in which no strut is left", "a box around at least one node and more than a radius of its struts")]));
+        return Err(Error::BadInput(vec![Fault::new(
+            "--crop",
+            "a box in which no strut is left",
+            "a box around at least one node and more than a radius of its struts",
+        )]));
     }
     let (kept, all) = (part.struts().len(), lattice.graph.struts().len());
     let mut notes = vec![Note::new("document", format!("cropped: {kept} of {all} struts kept"))];
