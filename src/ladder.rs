@@ -1,9 +1,10 @@
 //! The ladder: how one node is built, and what is tried next when a node's checks fail. No rung is taken silently.
 //!
-//! Soap film ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused.
+//! Soap film ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused. Where a rolling ball was asked for: soap film with the ball ▶
+//! the same list without it.
 
 use crate::node::cells::{LEAST_SNAP, SNAP};
-use crate::node::{Cells, Film, Method, Star};
+use crate::node::{Cells, Fairing, Film, Method, Star};
 use crate::options::Options;
 use crate::patch::check::Quality;
 use crate::patch::figures::{self, Figures};
@@ -42,6 +43,8 @@ pub enum Rung {
     /// A degree-1 end: no skin.
     End,
     SoapFilm,
+    /// A soap film without the rolling ball that was asked for.
+    NoBall,
     LevelSet,
     MoreControl,
     Sharp,
@@ -74,12 +77,24 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
         let figures = figures::measure(&fitted.skin, &star);
         Built { skin: fitted.skin, rung, quality: fitted.quality, figures, reasons }
     };
-    let film = |cells, method| Film::of_cells(star.clone(), cells, method, options.fairing, options.levels);
-    let soap = |cells, lay: Lay| film(cells, Method::SoapFilm).and_then(|film| by_degree(&lay(&star, &film.cells)?, &film, options, degrees));
-    match in_turn(&star, soap) {
+    let film = |cells, method, fairing| Film::of_cells(star.clone(), cells, method, fairing, options.levels);
+    let soap = |fairing| {
+        let build = |cells, lay: Lay| film(cells, Method::SoapFilm, fairing).and_then(|film| by_degree(&lay(&star, &film.cells)?, &film, options, degrees));
+        in_turn(&star, build)
+    };
+    match soap(options.fairing) {
         Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
         Err(e) => reasons.push(format!("soap film: {e}")),
     }
+    let mut fairing = options.fairing;
+    if options.blend().is_some() {
+        fairing = Fairing::Ray;
+        match soap(fairing) {
+            Ok(fitted) => return Ok(built(fitted, Rung::NoBall, reasons)),
+            Err(e) => reasons.push(format!("soap film without a ball: {e}")),
+        }
+    }
+    let film = |cells, method| film(cells, method, fairing);
     for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
         let level_set = |cells, lay: Lay| film(cells, Method::LevelSet).and_then(|film| patch::fit_on(&lay(&star, &film.cells)?, &film, tables));
         match in_turn(&star, level_set) {

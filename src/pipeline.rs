@@ -245,6 +245,7 @@ fn rungs(graph: &Graph, facts: &[Option<NodeFacts>]) -> Rungs {
         match fact.rung {
             Rung::End => {}
             Rung::SoapFilm => rungs.soap_film += 1,
+            Rung::NoBall => rungs.no_ball.push(lowered()),
             Rung::LevelSet => rungs.level_set.push(lowered()),
             Rung::MoreControl => rungs.more_control.push(lowered()),
             Rung::Sharp => rungs.sharp.push(lowered()),

@@ -122,6 +122,8 @@ pub struct Quality {
 pub struct Rungs {
     /// Soap film, exactly tangent-continuous patches.
     pub soap_film: usize,
+    /// As those, where the rolling ball that was asked for (`--blend`) leads to no skin: faired as without it.
+    pub no_ball: Vec<Lowered>,
     /// Level-set film, exactly tangent-continuous patches.
     pub level_set: Vec<Lowered>,
     /// Level-set film, exactly tangent-continuous patches with more control points.

@@ -52,6 +52,18 @@ fn a_tight_tolerance_brings_more_control_points() {
     assert_smooth(&tight.skin);
 }
 
+/// A ball of 0.2 r fills all between two struts 5° apart, and no skin follows; without it the node is as usual.
+#[test]
+fn where_the_ball_leads_to_no_skin_the_node_is_faired() {
+    let axes = vec![flat(0.0), flat(5.0), flat(140.0)];
+    let built = build(axes.clone(), &Options { fairing: Fairing::Ball(0.2), ..Options::default() });
+    assert_eq!(built.rung, Rung::NoBall);
+    assert!(built.reasons.len() == 1 && built.reasons[0].starts_with("soap film: "), "{:?}", built.reasons);
+    assert_smooth(&built.skin);
+    let usual = build(axes, &Options::default());
+    assert_eq!((usual.rung, format!("{:?}", usual.skin)), (Rung::SoapFilm, format!("{:?}", built.skin)));
+}
+
 /// The paper's own fairing folds the film of three struts in a narrow cone.
 #[test]
 fn a_folded_film_takes_the_level_set() {

@@ -327,6 +327,7 @@ fn summary(report: &Report, path: &std::path::Path) -> String {
         q.inner_jump_deg.value, q.rim_jump_deg.value, q.gap_mm.value, q.deviation_radii.value, q.deviation_radii.place
     );
     for (list, what) in [
+        (&r.no_ball, "without the ball of --blend"),
         (&r.level_set, "from the level-set film"),
         (&r.more_control, "from the level-set film with more control points"),
         (&r.sharp, "SHARP inside (tangent to their struts only)"),
