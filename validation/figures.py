@@ -122,26 +122,38 @@ def curve(figures: dict) -> list[tuple[float, float, float]]:
     return [(hold, pick(k, lambda p: p["deviation"]["avg"]), pick(k, lambda p: p["usual_mean_curvature"])) for hold, k in sorted(rows)]
 
 
+def big(*points: tuple[float, float]) -> list[tuple[float, float]]:
+    return [tuple(SUPER * c for c in p) for p in points]
+
+
+def frame(draw: ImageDraw.ImageDraw, box: tuple[int, int, int, int], points: np.ndarray, ticks: tuple, texts: tuple[str, str]):
+    """A frame with two logarithmic axes around the points; functions from values to places, in pixels before SUPER."""
+    left, top, right, bottom = box
+    font = ImageFont.load_default(size=15 * SUPER)
+    (x0, x1), (y0, y1) = ((0.9 * points[:, k].min(), 1.1 * points[:, k].max()) for k in (0, 1))
+    at_x = lambda x: left + (np.log(x / x0) / np.log(x1 / x0)) * (right - left)  # noqa: E731
+    at_y = lambda y: bottom - (np.log(y / y0) / np.log(y1 / y0)) * (bottom - top)  # noqa: E731
+    for x in [t for t in ticks[0] if x0 < t < x1]:
+        draw.line(big((at_x(x), top), (at_x(x), bottom)), fill=(225, 225, 225), width=SUPER)
+        draw.text(big((at_x(x), bottom + 8))[0], f"{x:g}", fill=INK, font=font, anchor="ma")
+    for y in [t for t in ticks[1] if y0 < t < y1]:
+        draw.line(big((left, at_y(y)), (right, at_y(y))), fill=(225, 225, 225), width=SUPER)
+        draw.text(big((left - 8, at_y(y)))[0], f"{y:g}", fill=INK, font=font, anchor="rm")
+    draw.rectangle(big((left, top), (right, bottom)), outline=INK, width=SUPER)
+    draw.text(big(((left + right) / 2, bottom + 34))[0], texts[0], fill=INK, font=font, anchor="ma")
+    draw.text(big((left, top - 6))[0], texts[1], fill=INK, font=font, anchor="ls")
+    return at_x, at_y
+
+
 def trade(files: list[str]) -> int:
     sets = [figures for file in files for figures in json.loads(Path(file).read_text())]
     curves = {figures["set"]: curve(figures) for figures in sets}
     width, high, left, top, right, bottom = 900, 620, 80, 30, 730, 550
-    every = np.array([point for points in curves.values() for point in points])
-    (x0, x1), (y0, y1) = ((0.9 * every[:, k].min(), 1.1 * every[:, k].max()) for k in (1, 2))
-    at_x = lambda x: left + (np.log(x / x0) / np.log(x1 / x0)) * (right - left)  # noqa: E731
-    at_y = lambda y: bottom - (np.log(y / y0) / np.log(y1 / y0)) * (bottom - top)  # noqa: E731
+    every = np.array([point for points in curves.values() for point in points])[:, 1:]
     image = Image.new("RGB", (width * SUPER, high * SUPER), "white")
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=15 * SUPER)
-    big = lambda *points: [tuple(SUPER * c for c in p) for p in points]  # noqa: E731
-    for x in [t for t in (0.003, 0.005, 0.01, 0.02, 0.03, 0.05) if x0 < t < x1]:
-        draw.line(big((at_x(x), top), (at_x(x), bottom)), fill=(225, 225, 225), width=SUPER)
-        draw.text(big((at_x(x), bottom + 8))[0], f"{x:g}", fill=INK, font=font, anchor="ma")
-    for y in [t for t in (2, 3, 5, 10, 20, 50, 100) if y0 < t < y1]:
-        draw.line(big((left, at_y(y)), (right, at_y(y))), fill=(225, 225, 225), width=SUPER)
-        draw.text(big((left - 8, at_y(y)))[0], f"{y:g}", fill=INK, font=font, anchor="rm")
-    draw.rectangle(big((left, top), (right, bottom)), outline=INK, width=SUPER)
-    draw.text(big(((left + right) / 2, bottom + 34))[0], "Avg distance from the original node, mm", fill=INK, font=font, anchor="ma")
-    draw.text(big((left, top - 6))[0], "99 % of |H|, 1/mm", fill=INK, font=font, anchor="ls")
+    at_x, at_y = frame(draw, (left, top, right, bottom), every, ((0.003, 0.005, 0.01, 0.02, 0.03, 0.05), (2, 3, 5, 10, 20, 50, 100)),
+                       ("Avg distance from the original node, mm", "99 % of |H|, 1/mm"))
     for k, (name, points) in enumerate(curves.items()):
         places = [(at_x(avg), at_y(bend)) for _, avg, bend in points]
         draw.line(big(*places), fill=LINES[name], width=2 * SUPER)

@@ -36,26 +36,32 @@ def told(shape) -> dict:
     return {"faces": len(shape.faces()), "solids": len(shape.solids()), "valid": bool(shape.is_valid), "volume_mm3": volume(shape.wrapped)}
 
 
-def occ(graph: dict) -> dict:
+def fused(graph: dict):
     """One boolean union of all parts by build123d."""
-    from build123d import Compound, Plane, Pos, Solid, export_step
+    from build123d import Compound, Plane, Pos, Solid
 
     nodes, struts, radius = np.array(graph["nodes"]), graph["struts"], graph["struts"][0]["ra"]
     assert all(s["ra"] == s["rb"] == radius for s in struts), "lattices of one radius"
-    start = time.process_time()
     parts = []
     for s in struts:
         a, b = nodes[s["a"]], nodes[s["b"]]
         parts.append(Solid.make_cylinder(radius, float(np.linalg.norm(b - a)), Plane(tuple(a), z_dir=tuple(b - a))))
     parts += [Pos(*nodes[node]) * Solid.make_sphere(radius) for node in np.flatnonzero(degrees(graph) > 1)]  # a free end has a flat cap
-    fused = parts[0].fuse(*parts[1:])
+    whole = parts[0].fuse(*parts[1:])
+    return whole if hasattr(whole, "wrapped") else Compound(whole)
+
+
+def occ(graph: dict) -> dict:
+    from build123d import export_step
+
+    start = time.process_time()
+    whole = fused(graph)
     cpu = time.process_time() - start
-    fused = fused if hasattr(fused, "wrapped") else Compound(fused)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "fused.step"
-        export_step(fused, str(path))
+        export_step(whole, str(path))
         size = path.stat().st_size
-    return {"cpu_s": cpu, "bytes": size, **told(fused.wrapped)}
+    return {"cpu_s": cpu, "bytes": size, **told(whole.wrapped)}
 
 
 def manifold(graph: dict) -> dict:

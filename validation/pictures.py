@@ -155,9 +155,9 @@ def shade(normals: np.ndarray, axes: np.ndarray, colour: np.ndarray, ambient: fl
 
 
 def ramp(values: np.ndarray, span: tuple[float, float]) -> np.ndarray:
-    """Blue below 0, pale at 0, red above; full at the ends of the span."""
+    """Blue below 0, pale at 0, red above; full at the ends of the span, which may begin at 0."""
     low, high = span
-    t = np.clip(np.where(values < 0, values / -low, values / high), -1, 1)[..., None]
+    t = np.clip(np.where(values < 0, values / (-low or 1.0), values / high), -1, 1)[..., None]
     pale, blue, red = np.array([0.95, 0.94, 0.90]), np.array([0.10, 0.30, 0.72]), np.array([0.78, 0.16, 0.12])
     return np.where(t < 0, pale + (blue - pale) * -t, pale + (red - pale) * t)
 

@@ -20,14 +20,19 @@ AROUND = 8  # elements around a full circle
 VOLUME_LIMIT = 0.1
 
 
-def mesh(path: str, radius: float) -> dict:
-    import gmsh
-
-    gmsh.initialize(interruptible=False)
+def as_it_is(gmsh) -> None:
+    """No repair, no output, one thread."""
     for option in ("OCCAutoFix", "OCCFixDegenerated", "OCCFixSmallEdges", "OCCFixSmallFaces", "OCCSewFaces", "OCCMakeSolids"):
         gmsh.option.setNumber(f"Geometry.{option}", 0)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setNumber("General.NumThreads", 1)
+
+
+def mesh(path: str, radius: float) -> dict:
+    import gmsh
+
+    gmsh.initialize(interruptible=False)
+    as_it_is(gmsh)
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)
     gmsh.option.setNumber("Mesh.MeshSizeMax", 1.5 * radius)
     gmsh.option.setNumber("Mesh.MeshSizeMin", 0.25 * radius)
