@@ -7,7 +7,7 @@ use crate::patch::check::jets;
 use crate::patch::fairness;
 use crate::patch::{Patch, Skin, SkinCurve};
 
-/// Where curvature is asked for: valleys follow the cell sides (v = 1), rims are at v = 0. All of a patch would cost 6 % of a run.
+/// Where curvature is asked for: valleys follow the cell sides (v = 1), rims, only for what jumps there, are at v = 0. All of a patch would cost 6 % of a run.
 const U: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const V: [f64; 3] = [0.0, 0.75, 1.0];
 
@@ -34,7 +34,7 @@ pub fn measure(skin: &Skin, star: &Star) -> Figures {
             let mut means = [0.0; U.len()];
             for (mean, (at, hollow)) in means.iter_mut().zip(fairness::curvatures(&patch.surface, U.into_iter(), v)) {
                 *mean = at;
-                concave = concave.max(hollow);
+                concave = if v > 0.0 { concave.max(hollow) } else { concave };
             }
             means
         })
@@ -60,7 +60,7 @@ fn jump(skin: &Skin, means: &[[[f64; U.len()]; V.len()]]) -> f64 {
             };
             if let SkinCurve::RimArc(arm) = skin.edges[edge].curve {
                 let rim = &skin.rims[arm];
-                // of the cone (Curved: the radius square to it, half of one over that)
+                // mean curvature of the strut: half of one over the radius square to its surface
                 let own = 0.5 / (rim.radius * (1.0 + rim.taper * rim.taper).sqrt());
                 most = along.iter().fold(most, |most, mean| most.max((mean - own).abs()));
                 continue;

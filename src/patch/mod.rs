@@ -138,7 +138,7 @@ pub fn fit_on(layout: &Layout, film: &Film, degree: &Degree) -> Result<Fitted, S
     fit_sampled(layout, film, degree, &Sampled::new(tables, samples, layout, film)?)
 }
 
-/// What a fit of a degree asks of the film; none where it is sure to miss the film by more than `most`, node units (see `Sampled::roughness`).
+/// What a fit of a degree asks of the film; none where it is sure to miss the film by more than `most`, node units (see `Sampled::unless_rougher`).
 pub fn sample_unless_rough(layout: &Layout, film: &Film, degree: &Degree, most: f64) -> Result<Option<Sampled>, String> {
     let (tables, samples) = degree.tables(layout.turned);
     Sampled::unless_rougher(tables, samples, layout, film, most)

@@ -49,7 +49,7 @@ impl Sampled {
     /// one degree less both ways, each sector's by itself, of least squares. A forecast of what the fit will miss, without its borders: of 357 nodes of tet lattices
     /// the logarithms of both correlate by 0.97.
     ///
-    /// Films are roughest where struts are closest: those sectors are looked at first, and of four rough films three need no others.
+    /// Films are roughest where struts are closest: a sector there is looked at first, enough for two of three rough films.
     pub fn unless_rougher(tables: &Tables, samples: &Samples, layout: &Layout, film: &Film, most: f64) -> Result<Option<Sampled>, String> {
         let lower = |direction: &Direction, from: usize| projection(&direction.rule, from, direction.basis.len() / direction.rule.len() - 2);
         let projections = [lower(&samples.along, 0), lower(&samples.across, RIM_ROWS)];
