@@ -133,26 +133,37 @@ fn add(sum: &mut Fairness, shares: &mut [Vec<(f64, f64)>; 2], surface: &NurbsSur
 
 /// Compare mean curvatures along the inner edges.
 fn jumps(sum: &mut Fairness, skin: &Skin) {
-    let mut first: Vec<Option<[f64; ALONG]>> = vec![None; skin.edges.len()];
-    for patch in &skin.patches {
+    sum.most_jump = most_jump(skin, |patch, side| {
+        std::array::from_fn::<_, ALONG, _>(|k| {
+            let x = k as f64 / (ALONG - 1) as f64;
+            let [u, v] = [[x, 0.0], [1.0, x], [1.0 - x, 1.0], [0.0, 1.0 - x]][side];
+            let at = Curved::new(&skin.patches[patch].surface.jet2(u, v));
+            sum.raise(&at);
+            at.mean
+        })
+    });
+}
+
+/// The largest difference, along the inner edges, of what the two patches have there; `along` gives it for the side of a patch (as in `boundary`), in that side's own sense.
+pub fn most_jump<const N: usize>(skin: &Skin, mut along: impl FnMut(usize, usize) -> [f64; N]) -> f64 {
+    let mut first: Vec<Option<[f64; N]>> = vec![None; skin.edges.len()];
+    let mut most = 0.0f64;
+    for (k, patch) in skin.patches.iter().enumerate() {
         for (side, &(edge, forward)) in patch.boundary.iter().enumerate() {
-            let along = std::array::from_fn(|k| {
-                let x = k as f64 / (ALONG - 1) as f64;
-                let x = if forward { x } else { 1.0 - x };
-                let [u, v] = [[x, 0.0], [1.0, x], [1.0 - x, 1.0], [0.0, 1.0 - x]][side];
-                let at = Curved::new(&patch.surface.jet2(u, v));
-                sum.raise(&at);
-                at.mean
-            });
+            let mut along = along(k, side);
             if matches!(skin.edges[edge].curve, SkinCurve::RimArc(_)) {
                 continue;
             }
+            if !forward {
+                along.reverse();
+            }
             match first[edge] {
                 None => first[edge] = Some(along),
-                Some(other) => sum.most_jump = other.iter().zip(along).fold(sum.most_jump, |most, (a, b)| most.max((a - b).abs())),
+                Some(other) => most = other.iter().zip(along).fold(most, |most, (a, b)| most.max((a - b).abs())),
             }
         }
     }
+    most
 }
 
 #[cfg(test)]

@@ -46,32 +46,22 @@ pub fn measure(skin: &Skin, star: &Star) -> Figures {
 
 /// The largest difference of mean curvatures (of each patch at the `V` and `U`) on both sides of an edge.
 fn jump(skin: &Skin, means: &[[[f64; U.len()]; V.len()]]) -> f64 {
-    let [rim, between, side] = [0, 1, 2];
     let last = U.len() - 1;
-    let mut first: Vec<Option<[f64; U.len()]>> = vec![None; skin.edges.len()];
-    let mut most = 0.0f64;
-    for (patch, means) in skin.patches.iter().zip(means) {
-        for (place, &(edge, forward)) in patch.boundary.iter().enumerate() {
-            let mut along = match place {
-                0 => means[rim],
-                1 => [means[between][last]; U.len()],
-                2 => std::array::from_fn(|k| means[side][last - k]),
-                _ => [means[between][0]; U.len()],
-            };
-            if let SkinCurve::RimArc(arm) = skin.edges[edge].curve {
-                let rim = &skin.rims[arm];
-                // mean curvature of the strut: half of one over the radius square to its surface
-                let own = 0.5 / (rim.radius * (1.0 + rim.taper * rim.taper).sqrt());
-                most = along.iter().fold(most, |most, mean| most.max((mean - own).abs()));
-                continue;
-            }
-            if !forward {
-                along.reverse();
-            }
-            match first[edge] {
-                None => first[edge] = Some(along),
-                Some(other) => most = other.iter().zip(along).fold(most, |most, (a, b)| most.max((a - b).abs())),
-            }
+    let mut most = fairness::most_jump(skin, |patch, side| {
+        let [rim, between, crease] = means[patch];
+        match side {
+            0 => rim,
+            1 => [between[last]; U.len()],
+            2 => std::array::from_fn(|k| crease[last - k]),
+            _ => [between[0]; U.len()],
+        }
+    });
+    for (patch, [at_rim, ..]) in skin.patches.iter().zip(means) {
+        if let SkinCurve::RimArc(arm) = skin.edges[patch.boundary[0].0].curve {
+            let rim = &skin.rims[arm];
+            // mean curvature of the strut: half of one over the radius square to its surface
+            let own = 0.5 / (rim.radius * (1.0 + rim.taper * rim.taper).sqrt());
+            most = at_rim.iter().fold(most, |most, mean| most.max((mean - own).abs()));
         }
     }
     most
