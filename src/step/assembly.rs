@@ -7,7 +7,7 @@ use super::groups::{Member, groups};
 use super::options::StepOptions;
 use super::template::fill;
 use super::text::{push_list, push_real};
-use super::write::{Facts, StepError, Written, check, has_extras, numbers, preamble, write_solids};
+use super::write::{Facts, StepError, Written, check, decimals, has_extras, numbers, preamble, write_solids};
 use crate::brep::{Instance, Model};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -40,7 +40,7 @@ pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, opti
         (before - block.len()..before).map(placement).collect::<String>()
     });
     let of_whole = placements.next().expect("the whole is a block");
-    out.write_all(preamble("SHAPE_REPRESENTATION", &of_whole, &numbers, facts, options).as_bytes())?;
+    out.write_all(preamble("SHAPE_REPRESENTATION", &of_whole, &numbers, facts, decimals(model, options), options).as_bytes())?;
     write_solids(&mut out, model, &numbers, "unit", options)?;
 
     for (k, (ids, uses)) in numbers.iter().zip(&products.of_units).enumerate() {

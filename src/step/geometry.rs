@@ -1,7 +1,8 @@
 //! Streams one solid. Every entity's number follows from counts alone, so that pieces can be
 //! formatted in parallel and written in order: points, vertices, circles, edges, faces, shell.
 
-use super::text::{push_integer, push_list, push_real, push_ref, round};
+use super::options::Decimals;
+use super::text::{push_integer, push_list, push_real, push_ref, push_rounded};
 use crate::brep::topology::connected_order;
 use crate::brep::{Borders, Circle, Curve, Edge, Face, Part, RimMap, Solid, SplineCurve, SplineSurface, Surface};
 use glam::DVec3;
@@ -140,12 +141,12 @@ fn surface_size(solid: &Solid, surface: &Surface) -> u64 {
 }
 
 /// Write all entities of a solid but its style. `name` is quoted already.
-pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids: &Numbers, decimals: Option<u32>) -> io::Result<()> {
+pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids: &Numbers, decimals: Decimals) -> io::Result<()> {
     let (nodes, struts) = (solid.nodes.len(), solid.struts.len());
     let per_node = (CHUNK * nodes / (solid.face_count() + 1)).max(1);
     let all = |t: &mut Vec<u8>, first: u32, points: &[DVec3]| {
         for (i, &p) in (first..).zip(points) {
-            point(t, ids.point(i), p, decimals);
+            point(t, ids.point(i), p, decimals.points);
         }
     };
     let of_kind = |kind: usize| {
@@ -174,10 +175,10 @@ pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids
         for (e, map) in (part.first_edge()..).zip(maps) {
             match &part.edge(e).curve {
                 Curve::Spline(s) => {
-                    spline_curve(t, &part, s, ids.edges[e as usize] - 1, ids);
+                    spline_curve(t, &part, s, ids.edges[e as usize] - 1, ids, decimals);
                     edge_curve(t, e, part.edge(e), ids.edges[e as usize] - 1, ids);
                 }
-                _ => circle_edge(t, solid, e, part.edge(e), map, ids),
+                _ => circle_edge(t, solid, e, part.edge(e), map, ids, decimals),
             }
         }
     })?;
@@ -185,20 +186,20 @@ pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids
         for (e, edge) in (solid.first_strut_edge(k)..).zip(solid.strut_edges(k)) {
             match edge.curve {
                 Curve::Line => seam(t, e, &edge, solid.seam_ends(k), ids),
-                _ => circle_edge(t, solid, e, &edge, None, ids),
+                _ => circle_edge(t, solid, e, &edge, None, ids, decimals),
             }
         }
     })?;
     let mut t = vec![];
     for (e, edge) in (solid.first_strut_edge(struts)..).zip(solid.meridians()) {
-        circle_edge(&mut t, solid, e, &edge, None, ids);
+        circle_edge(&mut t, solid, e, &edge, None, ids, decimals);
     }
     out.write_all(&t)?;
-    emit(out, struts, CHUNK, |k, t| face(t, solid, k, &solid.strut_face(k), None, ids))?;
+    emit(out, struts, CHUNK, |k, t| face(t, solid, k, &solid.strut_face(k), None, ids, decimals))?;
     emit(out, nodes, per_node, |n, t| {
         let part = solid.part(n);
         for (f, one) in (part.first_face() as usize..).zip(&part.faces) {
-            face(t, solid, f, one, Some(&part), ids);
+            face(t, solid, f, one, Some(&part), ids, decimals);
         }
     })?;
     let mut t = vec![];
@@ -243,6 +244,7 @@ fn write_all(out: &mut impl Write, texts: &[Vec<u8>]) -> io::Result<()> {
 }
 
 /// `#id=START`
+#[inline]
 fn entity(t: &mut Vec<u8>, id: u64, start: &str) {
     push_ref(t, id);
     t.push(b'=');
@@ -250,6 +252,7 @@ fn entity(t: &mut Vec<u8>, id: u64, start: &str) {
 }
 
 /// Closes an entity.
+#[inline]
 fn end(t: &mut Vec<u8>) {
     t.extend_from_slice(b");\n");
 }
@@ -259,6 +262,7 @@ fn text(t: &mut Vec<u8>, s: &str) {
 }
 
 /// `,#id`
+#[inline]
 fn also(t: &mut Vec<u8>, id: u64) {
     t.push(b',');
     push_ref(t, id);
@@ -266,7 +270,7 @@ fn also(t: &mut Vec<u8>, id: u64) {
 
 fn point(t: &mut Vec<u8>, id: u64, p: DVec3, decimals: Option<u32>) {
     entity(t, id, "CARTESIAN_POINT('',");
-    push_list(t, p.to_array(), |t, x| push_real(t, round(x, decimals)));
+    push_list(t, p.to_array(), |t, x| push_rounded(t, x, decimals));
     end(t);
 }
 
@@ -347,17 +351,17 @@ fn seam(t: &mut Vec<u8>, e: u32, edge: &Edge, [front, back]: [DVec3; 2], ids: &N
 }
 
 /// An arc, or a whole circle.
-fn circle_edge(t: &mut Vec<u8>, solid: &Solid, e: u32, edge: &Edge, map: Option<Mapped>, ids: &Numbers) {
+fn circle_edge(t: &mut Vec<u8>, solid: &Solid, e: u32, edge: &Edge, map: Option<Mapped>, ids: &Numbers, decimals: Decimals) {
     let Curve::Arc(circle) = edge.curve else { unreachable!("rims and meridians are circles") };
     let circle = ids.circle(circle, 2 * solid.struts.len());
     let curve = match map {
-        Some(map) => surface_curve(t, map, circle, ids.edges[e as usize] - 1, ids),
+        Some(map) => surface_curve(t, map, circle, ids.edges[e as usize] - 1, ids, decimals),
         None => circle,
     };
     edge_curve(t, e, edge, curve, ids);
 }
 
-fn spline_curve(t: &mut Vec<u8>, part: &Part, s: &SplineCurve, id: u64, ids: &Numbers) {
+fn spline_curve(t: &mut Vec<u8>, part: &Part, s: &SplineCurve, id: u64, ids: &Numbers, decimals: Decimals) {
     let rational = is_rational(&s.weights);
     entity(t, id, if rational { "(BOUNDED_CURVE()B_SPLINE_CURVE(" } else { "B_SPLINE_CURVE_WITH_KNOTS(''," });
     push_integer(t, s.degree as u64);
@@ -368,18 +372,18 @@ fn spline_curve(t: &mut Vec<u8>, part: &Part, s: &SplineCurve, id: u64, ids: &Nu
     knots(t, &[&s.knots]);
     if rational {
         text(t, ")CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE(");
-        push_list(t, &s.weights, |t, &w| push_real(t, w));
+        push_list(t, &s.weights, |t, &w| push_rounded(t, w, decimals.weights));
         text(t, ")REPRESENTATION_ITEM('')");
     }
     end(t);
 }
 
 /// The SURFACE_CURVE number `id` of an arc: its circle, and its p-curve on the patch.
-fn surface_curve(t: &mut Vec<u8>, (map, v, face): Mapped, circle: u64, id: u64, ids: &Numbers) -> u64 {
+fn surface_curve(t: &mut Vec<u8>, (map, v, face): Mapped, circle: u64, id: u64, ids: &Numbers, decimals: Decimals) -> u64 {
     let first = id - 3 - map.us.len() as u64;
     for (k, &u) in map.us.iter().enumerate() {
         entity(t, first + k as u64, "CARTESIAN_POINT('',");
-        push_list(t, [u, v], push_real);
+        push_list(t, [u, v], |t, x| push_rounded(t, x, decimals.weights));
         end(t);
     }
     entity(t, id - 3, "B_SPLINE_CURVE_WITH_KNOTS('',");
@@ -419,7 +423,7 @@ fn knots(t: &mut Vec<u8>, all: &[&[f64]]) {
 }
 
 /// Face number `f`; `part` is its node's, if it is a node's.
-fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, part: Option<&Part>, ids: &Numbers) {
+fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, part: Option<&Part>, ids: &Numbers, decimals: Decimals) {
     let boundary = &face.boundary;
     let id = ids.faces[f];
     let first = id + 1 - face_size(solid, face);
@@ -438,7 +442,7 @@ fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, part: Option<&Par
     text(t, ",.T.");
     end(t);
     match (&face.surface, part) {
-        (Surface::Spline(s), Some(part)) => spline_surface(t, part, s, wire + 2, ids),
+        (Surface::Spline(s), Some(part)) => spline_surface(t, part, s, wire + 2, ids, decimals),
         _ => surface(t, solid, &face.surface, wire + 2, ids),
     }
     entity(t, id, &format!("ADVANCED_FACE('{}',(#{}),#{},.T.", face.label, wire + 1, id - 1));
@@ -492,7 +496,7 @@ fn surface(t: &mut Vec<u8>, solid: &Solid, surface: &Surface, first: u64, ids: &
     }
 }
 
-fn spline_surface(t: &mut Vec<u8>, part: &Part, s: &SplineSurface, id: u64, ids: &Numbers) {
+fn spline_surface(t: &mut Vec<u8>, part: &Part, s: &SplineSurface, id: u64, ids: &Numbers, decimals: Decimals) {
     let rational = is_rational(&s.weights);
     let columns = s.knots[1].len() - s.degree[1] - 1;
     entity(t, id, if rational { "(BOUNDED_SURFACE()B_SPLINE_SURFACE(" } else { "B_SPLINE_SURFACE_WITH_KNOTS(''," });
@@ -506,7 +510,7 @@ fn spline_surface(t: &mut Vec<u8>, part: &Part, s: &SplineSurface, id: u64, ids:
     knots(t, &[&s.knots[0], &s.knots[1]]);
     if rational {
         text(t, ")GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_SURFACE(");
-        push_list(t, s.weights.chunks(columns), |t, row| push_list(t, row, |t, &w| push_real(t, w)));
+        push_list(t, s.weights.chunks(columns), |t, row| push_list(t, row, |t, &w| push_rounded(t, w, decimals.weights)));
         text(t, ")REPRESENTATION_ITEM('')SURFACE()");
     }
     end(t);

@@ -15,6 +15,6 @@ pub mod text;
 pub mod write;
 
 pub use assembly::write_assembly;
-pub use options::{Schema, StepOptions, TimeStamp};
+pub use options::{Digits, Schema, StepOptions, TimeStamp};
 pub use readback::{ReadBack, ReadBackError, SolidCounts, Validation, read_back};
 pub use write::{Facts, StepError, Written, write};

@@ -84,6 +84,60 @@ impl FromStr for TimeStamp {
     }
 }
 
+/// How many digits points, weights and p-curves are written with. Centres, directions and radii keep every bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Digits {
+    /// As many as keep gaps and angles far below what the file claims (see `Decimals::new`).
+    Auto,
+    /// So many decimals of a mm, at most 15.
+    Decimals(u32),
+    /// Every bit.
+    #[default]
+    All,
+}
+
+impl FromStr for Digits {
+    type Err = String;
+
+    /// `auto`, or a number of decimals from 6 to 15.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            _ if text == "auto" => Ok(Digits::Auto),
+            Ok(decimals @ 6..=15) => Ok(Digits::Decimals(decimals)),
+            _ => Err(format!("{text:?}: wanted `auto`, or a number of decimals from 6 to 15")),
+        }
+    }
+}
+
+/// Decimals of points (of a mm), and of weights and p-curves (of their own unit); none: every bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decimals {
+    pub points: Option<u32>,
+    pub weights: Option<u32>,
+}
+
+/// A last decimal of the thinnest radius, with `Digits::Auto`. Reason: control points of a patch are a few hundredths of a radius apart, so tangent planes turn by
+/// some 1e-8 rad; a thousandth of a degree (the bar for normal jumps) is a thousand times more.
+const LAST_DECIMAL: f64 = 1e-10;
+
+impl Decimals {
+    /// `radii`: the least and the largest radius of the file, mm. Weights are about 1: an error there moves a point by so many radii.
+    pub fn new(digits: Digits, radii: [f64; 2]) -> Self {
+        let points = match digits {
+            Digits::All => return Decimals { points: None, weights: None },
+            Digits::Decimals(decimals) => decimals as i32,
+            Digits::Auto => -(LAST_DECIMAL * radii[0]).log10().floor() as i32,
+        };
+        let places = |decimals: i32| Some(decimals.clamp(0, 15) as u32);
+        Decimals { points: places(points), weights: places(points + radii[1].log10().ceil() as i32) }
+    }
+
+    /// What rounding may add to the distance of two points, mm.
+    pub fn off(self) -> f64 {
+        self.points.map_or(0.0, |decimals| 2.0 * 10f64.powi(-(decimals as i32)))
+    }
+}
+
 /// Everything about the file that the model does not say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepOptions {
@@ -97,9 +151,7 @@ pub struct StepOptions {
     pub file_name: String,
     /// Colour of all solids: red, green, blue, 0 to 1.
     pub colour: [f64; 3],
-    /// Round coordinates of points to this many decimals (of a mm). `None` keeps every bit.
-    /// 10 decimals make the file a quarter smaller.
-    pub decimals: Option<u32>,
+    pub digits: Digits,
 }
 
 impl Default for StepOptions {
@@ -112,7 +164,7 @@ impl Default for StepOptions {
             organization: "unknown".into(),
             file_name: "lattice.step".into(),
             colour: [0.62, 0.67, 0.72],
-            decimals: None,
+            digits: Digits::All,
         }
     }
 }
@@ -127,6 +179,24 @@ mod tests {
             assert_eq!(text.parse::<TimeStamp>().unwrap().to_string(), text);
         }
         assert_eq!(TimeStamp::default().to_string(), "2000-01-01T00:00:00");
+    }
+
+    #[test]
+    fn digits_follow_the_radii() {
+        let of = |digits, radii| {
+            let Decimals { points, weights } = Decimals::new(digits, radii);
+            (points, weights)
+        };
+        assert_eq!(of(Digits::All, [1.0; 2]), (None, None));
+        assert_eq!(of(Digits::Decimals(9), [0.5, 20.0]), (Some(9), Some(11)));
+        assert_eq!(of(Digits::Auto, [1.0, 1.0]), (Some(10), Some(10)));
+        assert_eq!(of(Digits::Auto, [0.5, 0.5]), (Some(11), Some(11)));
+        assert_eq!(of(Digits::Auto, [0.002, 0.002]), (Some(13), Some(11)));
+        assert_eq!(of(Digits::Auto, [1e-9, 1e9]), (Some(15), Some(15)));
+        for text in ["", "5", "16", "-8", "all", "Auto"] {
+            text.parse::<Digits>().unwrap_err();
+        }
+        assert_eq!(["auto", "12"].map(|text| text.parse::<Digits>().unwrap()), [Digits::Auto, Digits::Decimals(12)]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `Model` ▶ Part 21 text: header, product, context, solids, colours, validation properties.
 
 use super::geometry::{Numbers, write_solid};
-use super::options::{Schema, StepOptions, TimeStamp};
+use super::options::{Decimals, Schema, StepOptions, TimeStamp};
 use super::template::fill;
 use super::text::{real, string};
 use crate::brep::{Measure, Model};
@@ -54,7 +54,7 @@ pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl 
     check(model, facts, options)?;
     let (numbers, next) = numbers(model);
     let breps: String = numbers.iter().map(|n| format!(",#{}", n.brep)).collect();
-    out.write_all(preamble("ADVANCED_BREP_SHAPE_REPRESENTATION", &breps, &numbers, facts, options).as_bytes())?;
+    out.write_all(preamble("ADVANCED_BREP_SHAPE_REPRESENTATION", &breps, &numbers, facts, decimals(model, options), options).as_bytes())?;
     write_solids(&mut out, model, &numbers, "solid", options)?;
     out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
     out.flush()?;
@@ -74,14 +74,21 @@ pub(super) fn numbers(model: &Model) -> (Vec<Numbers>, u64) {
 }
 
 pub(super) fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers: &[Numbers], noun: &str, options: &StepOptions) -> io::Result<()> {
+    let decimals = decimals(model, options);
     for (k, (solid, ids)) in model.solids.iter().zip(numbers).enumerate() {
         let name = format!("'{noun}_{}'", k + 1);
-        write_solid(out, solid, &name, ids, options.decimals)?;
+        write_solid(out, solid, &name, ids, decimals)?;
         if has_extras(options.schema) {
             writeln!(out, "#{}=STYLED_ITEM('colour',(#22),#{});", ids.styled, ids.brep)?;
         }
     }
     Ok(())
+}
+
+/// How reals of this model are rounded.
+pub(super) fn decimals(model: &Model, options: &StepOptions) -> Decimals {
+    let radii = model.solids.iter().flat_map(|solid| &solid.circles).map(|circle| circle.radius);
+    Decimals::new(options.digits, radii.fold([f64::INFINITY, 0.0], |[least, largest], r| [least.min(r), largest.max(r)]))
 }
 
 /// AP203 edition 1 has neither styles nor measure items.
@@ -108,7 +115,7 @@ pub(super) fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Resu
 }
 
 /// All before the solids; the product's shape is of this kind and holds these items.
-pub(super) fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Facts, options: &StepOptions) -> String {
+pub(super) fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Facts, decimals: Decimals, options: &StepOptions) -> String {
     let product = string(&options.product);
     let author = string(&options.author);
     let organization = string(&options.organization);
@@ -150,7 +157,7 @@ pub(super) fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Fac
         }
     };
     text += &fill(include_str!("../../step_templates/shape.txt"), &[("kind", kind), ("items", items)]);
-    let uncertainty = real(uncertainty(facts.gap_mm));
+    let uncertainty = real(uncertainty(facts.gap_mm + decimals.off()));
     text += &fill(include_str!("../../step_templates/context.txt"), &[("uncertainty", &uncertainty)]);
     if has_extras(options.schema) {
         let [red, green, blue] = options.colour.map(real);
