@@ -6,12 +6,17 @@
 //! at most δ (to first order in the angles), radii equal or linear along the piece stay so, and corners stay. A piece stays as it is
 //! where a strut joins its ends already.
 //! Nodes with a strut that is not sound (out of range, not finite) count as ends.
+//! `straight` is the same for chains that are one cylinder or cone but for round-off: made by export unasked.
 
 use super::record::{Draft, Fate, Repair, Step, Why};
 use crate::graph::{Input, Strut};
 use crate::ids::{NodeId, StrutId};
 use glam::DVec3;
 use std::collections::HashSet;
+
+/// δ of chains that are one cylinder or cone but for round-off. Reason: the gap that may be written (`pipeline::MOST_GAP`), far above the round-off of
+/// doubles; at a strut length of one radius a kink of 1e-9 to 2e-9 rad.
+pub const EXACT: f64 = 1e-9;
 
 /// δ in radii of the chain's thinnest strut, where none is given. Reason: a fifth of the distance that patches may keep from their
 /// film (0.05 radii), far above the round-off of coordinates printed with six digits. Guessed.
@@ -41,6 +46,11 @@ pub fn collapse(input: &Input, delta: f64) -> (Input, Repair) {
         }
     }
     draft.finish(Step::CollapseChains, delta)
+}
+
+/// Chains that need no node between their ends become one strut. None where there are none.
+pub fn straight(input: &Input) -> Option<(Input, Repair)> {
+    Some(collapse(input, EXACT)).filter(|(_, repair)| !repair.struts.is_empty())
 }
 
 fn between(a: NodeId, b: NodeId) -> (NodeId, NodeId) {
