@@ -90,6 +90,24 @@ fn what_is_no_single_cylinder_or_cone_keeps_its_node() {
     assert_eq!((report.counts.struts, report.repairs.len(), report.changes.len()), (3, 0, 0));
 }
 
+/// The middle side of half the ring lies along the chord: all its nodes are equally far from it, but for round-off.
+#[test]
+fn the_corners_of_a_ring_stay_alone() {
+    let (u, v) = (ALONG.any_orthonormal_vector(), ALONG.cross(ALONG.any_orthonormal_vector()));
+    for (start, pieces) in (0..8).flat_map(|start| [2u32, 3, 5].map(|pieces| (start, pieces))) {
+        let corner = |k: u32| (f64::from(k) * PI / 3.0 + 0.1).sin_cos();
+        let place = |k: u32| {
+            let [(s, c), (t, d)] = [corner(k / pieces), corner(k / pieces + 1)];
+            let part = f64::from(k % pieces) / f64::from(pieces);
+            START + 10.0 * ((c + part * (d - c)) * u + (s + part * (t - s)) * v)
+        };
+        let count = 6 * pieces;
+        let struts = (0..count).map(|k| Strut { a: NodeId(k), b: NodeId((k + 1) % count), ra: 0.5, rb: 0.5 }).collect();
+        let input = Input { name: None, nodes: (0..count).map(|k| place(k + start)).collect(), struts };
+        assert_eq!(look(&input).repairs.straight_nodes, (count - 6) as usize, "{pieces} pieces from {start}");
+    }
+}
+
 /// Pieces shorter than thick would overlap those after the next, and have no room for the cuts of the node they begin at.
 #[test]
 fn pieces_of_any_length_are_no_conflict() {
