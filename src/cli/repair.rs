@@ -11,7 +11,7 @@ use lattice_brep::options::Options;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Repairs of the input, none of them made unless asked for.
+/// Repairs of the input that are made when asked for.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Repairs, made before the checks and listed in the report")]
 pub struct RepairFlags {
