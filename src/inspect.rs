@@ -149,8 +149,10 @@ pub struct Pair {
 }
 
 /// What the repairs would take away, each alone, with their usual limits.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Repairs {
+    /// Nodes that export removes unasked: their two struts are one cylinder or cone.
+    pub straight_nodes: usize,
     /// Nodes that `--collapse-chains` removes.
     pub chain_nodes: usize,
     /// Struts and nodes that `--drop-loose` removes.
@@ -182,9 +184,9 @@ pub struct Estimate {
 pub fn inspect(input: &Input, format: &str, faults: Vec<Fault>, options: &Options) -> Inspection {
     let (graph, ids) = sound(input);
     let (faults, overlaps) = check::survey(input, faults);
-    let cut_conflicts: Vec<CutConflict> = cut_conflicts(&graph, options.lambda).into_iter().map(|c| CutConflict { strut: ids[c.strut.index()], ..c }).collect();
-    let original = |m: NearMiss| NearMiss { a: ids[m.a.index()], b: ids[m.b.index()], ..m };
-    let near = proximity::within(&proximity::bodies(&graph), NEAR).into_iter().filter(|m| m.distance > m.wanted * (1.0 + TOUCHING)).map(original);
+    let whole = Whole::of(input, &graph, &ids);
+    let cut_conflicts: Vec<CutConflict> = cut_conflicts(&whole.graph, options.lambda).into_iter().map(|c| whole.original(c)).collect();
+    let near = proximity::within(&check::bodies(input, |n| n.0), NEAR).into_iter().filter(|m| m.distance > m.wanted * (1.0 + TOUCHING));
     let components = listed(&graph);
     let verdict = verdict(&faults, overlaps.len(), cut_conflicts.len(), components.len());
     let slenderness = |(k, s): (usize, &Strut)| (graph.length(StrutId(k as u32)) / s.ra.max(s.rb), ids[k]);
@@ -214,9 +216,9 @@ pub fn inspect(input: &Input, format: &str, faults: Vec<Fault>, options: &Option
         cut_conflicts,
         overlaps: overlaps.into_iter().map(Pair::from).collect(),
         near_misses: near.map(Pair::from).collect(),
-        repairs: repairs(input),
+        repairs: Repairs { straight_nodes: graph.used_nodes().count() - whole.graph.used_nodes().count(), ..repairs(input) },
         export: verdict,
-        estimate: estimate(&graph),
+        estimate: estimate(&whole.graph),
     }
 }
 
@@ -244,6 +246,32 @@ fn sound(input: &Input) -> (Graph, Vec<StrutId>) {
     let (ids, struts) = check::sound_struts(input).unzip();
     // a node of no use is never looked at
     (Graph::new(input.nodes.clone(), struts), ids)
+}
+
+/// The graph as export builds it: chains that are one cylinder or cone are one strut.
+struct Whole {
+    graph: Graph,
+    /// Ids in the input.
+    nodes: Vec<NodeId>,
+    struts: Vec<StrutId>,
+}
+
+impl Whole {
+    /// Of the sound struts and their ids in the input.
+    fn of(input: &Input, graph: &Graph, ids: &[StrutId]) -> Whole {
+        match chains::straight(input) {
+            None => Whole { graph: graph.clone(), nodes: graph.node_ids().collect(), struts: ids.to_vec() },
+            Some((whole, repair)) => {
+                let (graph, of_whole) = sound(&whole);
+                let (nodes, struts) = repair.origins();
+                Whole { graph, nodes, struts: of_whole.iter().map(|k| struts[k.index()]).collect() }
+            }
+        }
+    }
+
+    fn original(&self, c: CutConflict) -> CutConflict {
+        CutConflict { strut: self.struts[c.strut.index()], a: self.nodes[c.a.index()], b: self.nodes[c.b.index()], ..c }
+    }
 }
 
 fn spread<T: Ord + Copy>(mut figures: Vec<(f64, T)>, place: impl Fn(&T) -> String) -> Option<Spread> {
@@ -310,7 +338,7 @@ fn repairs(input: &Input) -> Repairs {
     let gone = |repair: &repair::Repair| (repair.before.nodes - repair.after.nodes, repair.before.struts - repair.after.struts);
     let (chain_nodes, _) = gone(&chains::collapse(input, chains::STRAIGHT).1);
     let (loose_nodes, loose_struts) = gone(&loose::drop_loose(input, loose::LOOSE).1);
-    Repairs { chain_nodes, loose_struts, loose_nodes }
+    Repairs { chain_nodes, loose_struts, loose_nodes, ..Repairs::default() }
 }
 
 fn verdict(faults: &[Fault], overlaps: usize, cuts: usize, solids: usize) -> Verdict {

@@ -3,9 +3,10 @@
 use crate::brep::{self, AssembleOptions, BrepError, Crossing, Instance, Model, Other, QualityLimits};
 use crate::cuts::{Cuts, Means, Shrunk};
 use crate::error::{Error, Fault, Note};
-use crate::graph::check::Overlaps;
-use crate::graph::proximity::{NearMiss, near_misses};
-use crate::graph::{self, Graph, Lattice};
+use crate::graph::check::{self, Overlaps};
+use crate::graph::proximity::{self, NearMiss};
+use crate::graph::repair::{Repair, chains};
+use crate::graph::{self, Graph, Input, Lattice};
 use crate::ids::{NodeId, StrutId};
 use crate::ladder::Rung;
 use crate::options::Options;
@@ -66,13 +67,26 @@ pub fn crop(lattice: &Lattice, [min, max]: [DVec3; 2], overlaps: Overlaps) -> Re
     }
     let (kept, all) = (part.struts().len(), lattice.graph.struts().len());
     let mut notes = vec![Note::new("document", format!("cropped: {kept} of {all} struts kept"))];
-    let misses = near_misses(&part);
+    let misses = proximity::among(&check::bodies(&input(&part), |n| n.0));
     match overlaps {
         Overlaps::Refuse => Error::unless_empty(misses.iter().map(NearMiss::fault).collect())?,
         Overlaps::Keep => notes.extend(misses.iter().map(NearMiss::note)),
         Overlaps::Leave => {}
     }
     Ok(Lattice { name: lattice.name.clone(), graph: part, notes })
+}
+
+/// The lattice without the nodes that need no skin: where two struts are one cylinder or cone, they become one strut. The record of what changed, which is
+/// among the notes as well; none where there is no such node.
+pub fn straighten(lattice: Lattice) -> (Lattice, Option<Repair>) {
+    let Some((whole, repair)) = chains::straight(&input(&lattice.graph)) else { return (lattice, None) };
+    let Lattice { name, mut notes, .. } = lattice;
+    notes.push(repair.note());
+    (Lattice { name, graph: Graph::new(whole.nodes, whole.struts), notes }, Some(repair))
+}
+
+fn input(graph: &Graph) -> Input {
+    Input { name: None, nodes: graph.nodes().to_vec(), struts: graph.struts().to_vec() }
 }
 
 /// From a checked lattice to checked solids.
@@ -154,7 +168,7 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         rungs,
         cuts: cuts_report(&cuts, &shrunk),
         changes: lattice.notes.iter().cloned().chain(kept).collect(),
-        repairs: Vec::new(), // made before the checks: for the caller to add
+        repairs: Vec::new(), // made before: for the caller to add
         bytes: 0,
         stages: clock.stages,
     };

@@ -34,7 +34,7 @@ pub struct Report {
     pub cuts: Cuts,
     /// Everything changed in the input or left out of it.
     pub changes: Vec<Note>,
-    /// The repairs that were asked for, in the order they were made, with all that is needed to take them back.
+    /// The repairs that were asked for and the nodes that needed no skin, in the order they were made, with all that is needed to take them back.
     pub repairs: Vec<Repair>,
     /// Size of the STEP text.
     pub bytes: u64,

@@ -199,17 +199,27 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     let imported = args.import.read(&args.input)?;
     // overlaps outside the box do not matter: they are judged after the crop
     let in_file = if args.crop.is_some() { Overlaps::Leave } else { overlaps };
-    let (mut lattice, repairs) = admit(args, imported, &options, in_file)?;
+    let (mut lattice, mut repairs) = admit(args, imported, &options, in_file)?;
     if let Some(bounds) = args.crop {
         lattice = pipeline::crop(&lattice, bounds, overlaps)?;
     }
+    let (lattice, straight) = pipeline::straighten(lattice);
+    if !args.quiet {
+        repair::print_repairs(straight.as_slice());
+    }
+    repairs.extend(straight);
     let is_shown = |c: char| !c.is_control() && !c.is_whitespace();
     if let Some(name) = lattice.name.as_ref().filter(|name| name.chars().any(is_shown)) {
         options.step.product = name.clone();
     }
     let progress = Bar::new(args.quiet);
     options.scratch = Some(output::folder(&output));
-    let mut solved = pipeline::solve(&lattice, &options, &progress)?;
+    let told_once = |_: &Error| {
+        if args.quiet {
+            repair::print_numbering(&repairs)
+        }
+    };
+    let mut solved = pipeline::solve(&lattice, &options, &progress).inspect_err(told_once)?;
     solved.report.repairs = repairs;
     let mut write = |out: &mut (dyn Write + Send)| pipeline::write(&mut solved, &options, out, &progress);
     output::write(Some(&output), |out| if compressed::is_named(&output) { compressed::pack(&options.step.file_name, out, write) } else { write(out) })?;

@@ -94,6 +94,9 @@ impl Display for Page<'_> {
         let r = &i.repairs;
         let chains = format!("--collapse-chains removes {} nodes", r.chain_nodes);
         line(f, "repairs", &format!("{chains}; --drop-loose {} struts and {} nodes", r.loose_struts, r.loose_nodes))?;
+        if r.straight_nodes > 0 {
+            line(f, "", &format!("export itself removes {} nodes whose two struts are one cylinder or cone", r.straight_nodes))?;
+        }
         let verdict = if i.export.accepted { "would build" } else { "would refuse:" };
         line(f, "export", &format!("{verdict} {}", i.export.reasons.join("; ")))?;
         let e = &i.estimate;

@@ -4,14 +4,14 @@ use super::input::ImportFlags;
 use super::output;
 use lattice_brep::error::{Error, Fault};
 use lattice_brep::graph::import::Imported;
-use lattice_brep::graph::repair::{self, Merged, Repair, Repaired, Wanted, chains::STRAIGHT, loose::LOOSE, merge};
+use lattice_brep::graph::repair::{self, Merged, Repair, Repaired, Wanted, chains, loose::LOOSE, merge};
 use lattice_brep::graph::{Input, json};
 use lattice_brep::inspect;
 use lattice_brep::options::Options;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Repairs of the input, none of them made unless asked for.
+/// Repairs of the input that are made when asked for.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Repairs, made before the checks and listed in the report")]
 pub struct RepairFlags {
@@ -24,7 +24,7 @@ pub struct RepairFlags {
     drop_loose: Option<f64>,
     /// Straight chains of struts through nodes of degree 2 become one strut where that moves nothing by more than this, in strut
     /// radii [0.01 if none is given]
-    #[arg(long, value_name = "RADII", num_args = 0..=1, require_equals = true, default_missing_value = text(STRAIGHT), value_parser = above_zero)]
+    #[arg(long, value_name = "RADII", num_args = 0..=1, require_equals = true, default_missing_value = text(chains::STRAIGHT), value_parser = above_zero)]
     collapse_chains: Option<f64>,
 }
 
@@ -44,24 +44,35 @@ impl RepairFlags {
 }
 
 /// Merge what cuts do not fit (degrees, λ of the cuts). Where that would join nodes too far apart it is refused, or left to be shrunk.
+/// First chains that export makes one strut become so: pieces of them that are too short are no reason to merge.
 pub fn merged(repaired: &mut Repaired, angle: f64, lambda: f64, leave: bool, quiet: bool) -> Result<(), Error> {
+    let before = repaired.repairs.len();
+    if let Some(straight) = chains::straight(&repaired.input) {
+        repaired.then(|_| straight);
+    }
     let Merged { input, repair, stuck } = repair::merge(&repaired.input, angle, &inspect::fit(lambda));
     if !(stuck.is_empty() || leave) {
         return Err(Error::CannotBuild { reasons: stuck.iter().map(|s| s.fault().to_string()).collect() });
     }
     repaired.then(|_| (input, repair));
     if !quiet {
-        print_repairs(&repaired.repairs[repaired.repairs.len() - 1..]);
+        print_repairs(&repaired.repairs[before..]);
     }
     Ok(())
 }
 
-fn print_repairs(repairs: &[Repair]) {
+pub fn print_repairs(repairs: &[Repair]) {
     for repair in repairs {
         eprintln!("repaired: {}", repair.note().what);
     }
+    print_numbering(repairs);
+}
+
+/// Which lattice's numbers errors and notes have.
+pub fn print_numbering(repairs: &[Repair]) {
     if repairs.iter().any(|r| r.before != r.after) {
-        eprintln!("node and strut numbers from here on are those of the repaired lattice (`lattice-brep repair` writes it)");
+        let asked = if repairs.iter().any(|r| r.limit == chains::EXACT) { " --collapse-chains=1e-9" } else { "" };
+        eprintln!("node and strut numbers from here on are those of the repaired lattice (`lattice-brep repair{asked}` writes it)");
     }
 }
 

@@ -2,6 +2,7 @@
 //! A later checker passes over what an earlier one has refused, so that one fault is not told twice.
 
 use super::proximity::{self, Body, NearMiss};
+use super::repair::chains;
 use super::{Graph, Input, Lattice, Strut};
 use crate::error::{Error, Fault, Note};
 use crate::ids::{NodeId, StrutId};
@@ -81,7 +82,7 @@ fn inspect(input: &Input) -> (Vec<Fault>, Vec<NearMiss>) {
     ends(input, apart, &place, &mut faults);
     radii(&input.struts, &mut faults);
     resolution(input, &mut faults);
-    let misses = proximity::among(&bodies(input, &place));
+    let misses = proximity::among(&bodies(input, |n| place[n.index()]));
     (faults, misses)
 }
 
@@ -247,10 +248,16 @@ pub fn sound_struts(input: &Input) -> impl Iterator<Item = (StrutId, Strut)> {
     input.struts.iter().enumerate().filter(move |(_, s)| sound(s)).map(|(k, &s)| (StrutId(k as u32), s))
 }
 
-/// The bodies of the sound struts whose ends are in two places.
-fn bodies(input: &Input, place: &[u32]) -> Vec<Body> {
+/// The bodies of the sound struts whose ends are in two places, by the place of each node. Struts that export makes one (`chains::straight`) are one body,
+/// by the name of the first: they cannot meet each other.
+pub fn bodies(input: &Input, place: impl Fn(NodeId) -> u32) -> Vec<Body> {
+    let whole = chains::straight(input);
+    let (node_before, strut_before) = whole.as_ref().map(|(_, repair)| repair.origins()).unwrap_or_default();
+    let input = whole.as_ref().map_or(input, |(whole, _)| whole);
     let body = |(strut, s): (StrutId, Strut)| {
-        let ends = [place[s.a.index()], place[s.b.index()]];
+        // where nothing became one, there are no ids before
+        let ends = [s.a, s.b].map(|n| place(node_before.get(n.index()).copied().unwrap_or(n)));
+        let strut = strut_before.get(strut.index()).copied().unwrap_or(strut);
         (ends[0] != ends[1]).then(|| Body { strut, ends, p: input.nodes[s.a.index()], q: input.nodes[s.b.index()], radii: [s.ra, s.rb] })
     };
     sound_struts(input).filter_map(body).collect()

@@ -7,6 +7,7 @@ use lattice_brep::error::Error;
 use lattice_brep::graph::Graph;
 use lattice_brep::graph::check::Overlaps;
 use lattice_brep::options::Options;
+use lattice_brep::pipeline;
 use lattice_brep::timing::{self, NodeTime};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -55,7 +56,7 @@ impl TableArgs {
         }
         let mut all = vec![];
         for path in &self.lattices {
-            let lattice = self.import.read(path)?.admit(Overlaps::Keep)?;
+            let (lattice, _) = pipeline::straighten(self.import.read(path)?.admit(Overlaps::Keep)?);
             let times = timing::nodes(&lattice.graph, &Options::default(), self.runs)?;
             push(&mut text, "", row(&path.file_stem().unwrap_or_default().to_string_lossy(), &lattice.graph, &times), 2);
             all.extend(times);

@@ -6,12 +6,17 @@
 //! at most δ (to first order in the angles), radii equal or linear along the piece stay so, and corners stay. A piece stays as it is
 //! where a strut joins its ends already.
 //! Nodes with a strut that is not sound (out of range, not finite) count as ends.
+//! `straight` is the same for chains that are one cylinder or cone but for round-off: made by export unasked.
 
 use super::record::{Draft, Fate, Repair, Step, Why};
 use crate::graph::{Input, Strut};
 use crate::ids::{NodeId, StrutId};
 use glam::DVec3;
 use std::collections::HashSet;
+
+/// δ of chains that are one cylinder or cone but for round-off. Reason: the gap that may be written (`pipeline::MOST_GAP`), far above the round-off of
+/// doubles; at a strut length of one radius a kink of 1e-9 to 2e-9 rad.
+pub const EXACT: f64 = 1e-9;
 
 /// δ in radii of the chain's thinnest strut, where none is given. Reason: a fifth of the distance that patches may keep from their
 /// film (0.05 radii), far above the round-off of coordinates printed with six digits. Guessed.
@@ -24,7 +29,7 @@ pub fn collapse(input: &Input, delta: f64) -> (Input, Repair) {
     let mut taken: HashSet<(NodeId, NodeId)> = net.sound.iter().flatten().map(|s| between(s.a, s.b)).collect();
     for chain in net.chains(&draft.at) {
         let least = chain.links.iter().map(|l| l.radii[0].min(l.radii[1])).fold(f64::INFINITY, f64::min);
-        for (i, j) in chain.pieces(&draft.at, delta * least) {
+        for (i, j) in chain.pieces(&draft.at, delta * least, EXACT * least) {
             let (from, to) = (chain.nodes[i], chain.nodes[j]);
             if j - i < 2 || from == to || !taken.insert(between(from, to)) {
                 continue;
@@ -41,6 +46,11 @@ pub fn collapse(input: &Input, delta: f64) -> (Input, Repair) {
         }
     }
     draft.finish(Step::CollapseChains, delta)
+}
+
+/// Chains that need no node between their ends become one strut. None where there are none.
+pub fn straight(input: &Input) -> Option<(Input, Repair)> {
+    Some(collapse(input, EXACT)).filter(|(_, repair)| !repair.struts.is_empty())
 }
 
 fn between(a: NodeId, b: NodeId) -> (NodeId, NodeId) {
@@ -137,11 +147,11 @@ impl Chain {
     }
 
     /// The pieces, as pairs of positions in the chain, each within `delta` (mm) of one strut or a single link.
-    fn pieces(&self, at: &[DVec3], delta: f64) -> Vec<(usize, usize)> {
+    fn pieces(&self, at: &[DVec3], delta: f64, equal: f64) -> Vec<(usize, usize)> {
         let mut todo = vec![(0, self.links.len())];
         let mut pieces = Vec::new();
         while let Some((i, j)) = todo.pop() {
-            match self.worst(at, i, j) {
+            match self.worst(at, i, j, equal) {
                 Some((m, off)) if off > delta => todo.extend([(m, j), (i, m)]),
                 _ => pieces.push((i, j)),
             }
@@ -149,8 +159,9 @@ impl Chain {
         pieces
     }
 
-    /// The node between two others that is furthest from the strut that would join these, and how far (mm). Of equals the first.
-    fn worst(&self, at: &[DVec3], i: usize, j: usize) -> Option<(usize, f64)> {
+    /// The node between two others that is furthest from the strut that would join these, and how far (mm). Of equals, to within `equal` (mm), the first: where a
+    /// straight run lies along that strut, the corner that it begins at.
+    fn worst(&self, at: &[DVec3], i: usize, j: usize, equal: f64) -> Option<(usize, f64)> {
         let place = |k: usize| at[self.nodes[k].index()];
         let (p, u) = (place(i), place(j) - place(i));
         let [ra, rb] = [self.links[i].radii[0], self.links[j - 1].radii[1]];
@@ -163,7 +174,7 @@ impl Chain {
             let off_radius = (self.links[m - 1].radii[1] - wanted).abs().max((self.links[m].radii[0] - wanted).abs());
             let off = if t < passed { f64::INFINITY } else { off_radius + place(m).distance(p + t * u) };
             passed = t;
-            if worst.is_none_or(|(_, most)| off > most) {
+            if worst.is_none_or(|(_, most)| off > most + equal) {
                 worst = Some((m, off));
             }
         }

@@ -1,4 +1,4 @@
-//! Repairs of an unchecked `Input`, each only when asked for: `Input ▶ Input` and a record from which `undo` makes the old one again.
+//! Repairs of an unchecked `Input`, each only when asked for but `chains::straight`: `Input ▶ Input` and a record from which `undo` makes the old one again.
 //!
 //! Order: weld, drop loose parts, collapse chains. `merge` is apart: it answers conflicts of cuts, which only the node layer knows.
 //! What stays keeps its order and, if nothing is said of it in the record, its place and radii bit for bit. Pieces that are out of

@@ -108,7 +108,7 @@ impl Repair {
         let (what, limit) = match self.step {
             Step::Weld => ("weld", format!("{} mm", self.limit)),
             Step::DropLoose => ("drop-loose", format!("below {} of the largest part's volume", self.limit)),
-            Step::CollapseChains => ("collapse-chains", format!("{} radii", self.limit)),
+            Step::CollapseChains => ("collapse-chains", format!("{:?} radii", self.limit)),
             Step::Merge => ("merge", format!("{}°", self.limit)),
         };
         let (nodes, struts) = (gone(self.before.nodes, self.after.nodes), gone(self.before.struts, self.after.struts));
