@@ -177,6 +177,7 @@ struct Scratch {
     rows: Vec<f64>,
     at: Vec<f64>,
     mirrored: Vec<f64>,
+    factors: Vec<f64>,
 }
 
 /// The first n numbers, whatever they are: at least so many.
@@ -219,14 +220,22 @@ impl Loops for Integral<'_> {
 
     #[inline(always)]
     fn run(self) -> Flux {
-        let Integral { surface: s, rules: [us, vs], scratch: Scratch { rows, at, mirrored } } = self;
+        let Integral { surface: s, rules: [us, vs], scratch: Scratch { rows, at, mirrored, factors } } = self;
         let ([nu, nv], n) = (s.size(), vs.weights.len());
         // of each row of control points its curve at all v: four lines (weight · point, weight), and their slopes
         let rows = room(rows, nu * 8 * n);
         for ((row, points), weights) in rows.chunks_exact_mut(8 * n).zip(s.points.chunks_exact(nv)).zip(s.weights.chunks_exact(nv)) {
-            for (c, lines) in row.chunks_exact_mut(n).enumerate() {
-                let part = points.iter().zip(weights).map(|(p, &w)| if c % 4 < 3 { p[c % 4] * w } else { w });
-                combine_all(lines, part, if c < 4 { &vs.values } else { &vs.slopes }, n);
+            let (values, slopes) = row.split_at_mut(4 * n);
+            for (c, (values, slopes)) in values.chunks_exact_mut(n).zip(slopes.chunks_exact_mut(n)).enumerate() {
+                factors.clear();
+                match c {
+                    0 => factors.extend(points.iter().zip(weights).map(|(p, w)| p.x * w)),
+                    1 => factors.extend(points.iter().zip(weights).map(|(p, w)| p.y * w)),
+                    2 => factors.extend(points.iter().zip(weights).map(|(p, w)| p.z * w)),
+                    _ => factors.extend_from_slice(weights),
+                }
+                combine_all(values, factors, &vs.values, n);
+                combine_all(slopes, factors, &vs.slopes, n);
             }
         }
         let mut sums = [[0.0; WIDE]; 7];
@@ -235,13 +244,14 @@ impl Loops for Integral<'_> {
         if !us.mirrored {
             for (u, &wu) in us.weights.iter().enumerate().take(us.count) {
                 // the lines at one u, and the slopes by u behind them
-                combine_all(&mut at[..8 * n], us.values.iter().skip(u).step_by(line).copied(), rows, 8 * n);
-                combine_all(&mut at[8 * n..], us.slopes.iter().skip(u).step_by(line).copied(), rows, 8 * n);
+                for (table, part) in [(&us.values, 0..8 * n), (&us.slopes, 8 * n..12 * n)] {
+                    factors.clear();
+                    factors.extend(table.iter().skip(u).step_by(line));
+                    combine_all(&mut at[part], factors, rows, 8 * n);
+                }
                 add_points(&mut sums, at, &vs.weights, wu);
             }
-            let [area, rest @ ..] = sums.map(|lanes| lanes.iter().sum::<f64>());
-            let [volume, moment] = [0, 3].map(|k| DVec3::from_slice(&rest[k..]));
-            return Flux { area, volume, moment };
+            return total_of(sums);
         }
         // points come in pairs u and 1 - u: there the even part of what is summed is the same, and the odd part has the other sign
         let half = nu / 2;
@@ -256,17 +266,26 @@ impl Loops for Integral<'_> {
                 let first = |i: usize| table[i * line + u];
                 let last = |i: usize| table[(nu - 1 - i) * line + u];
                 // the middle row, if there is one, is its own mirror image
-                combine_all(even, (0..nu - half).map(|i| if i < half { first(i) + last(i) } else { first(i) }), front, 8 * n);
-                combine_all(odd, (0..half).map(|i| first(half - 1 - i) - last(half - 1 - i)), back, 8 * n);
+                factors.clear();
+                factors.extend((0..nu - half).map(|i| if i < half { first(i) + last(i) } else { first(i) }));
+                combine_all(even, factors, front, 8 * n);
+                factors.clear();
+                factors.extend((0..half).rev().map(|i| first(i) - last(i)));
+                combine_all(odd, factors, back, 8 * n);
                 even.iter_mut().zip(odd).for_each(|(even, odd)| (*even, *odd) = (*even + *odd, sign * (*even - *odd)));
             }
             add_points(&mut sums, at, &vs.weights, us.weights[u]);
             add_points(&mut sums, mirrored, &vs.weights, us.weights[u]);
         }
-        let [area, rest @ ..] = sums.map(|lanes| lanes.iter().sum::<f64>());
-        let [volume, moment] = [0, 3].map(|k| DVec3::from_slice(&rest[k..]));
-        Flux { area, volume, moment }
+        total_of(sums)
     }
+}
+
+/// Area, volume and moment from their lanes.
+fn total_of(sums: [[f64; WIDE]; 7]) -> Flux {
+    let [area, rest @ ..] = sums.map(|lanes| lanes.iter().sum::<f64>());
+    let [volume, moment] = [0, 3].map(|k| DVec3::from_slice(&rest[k..]));
+    Flux { area, volume, moment }
 }
 
 /// Add the points of one u: `at` are twelve lines, (weight · point, weight), their slopes by v, and by u.
@@ -373,6 +392,17 @@ mod tests {
         assert_close(flux.area, 1.5 * PI, 1e-12);
         assert_close(flux.volume.x, 0.75 * PI, 1e-12);
         assert_close(flux.moment.x, 1.0, 1e-12);
+    }
+
+    /// A flat square over knots that are not their own mirror image, one over the origin.
+    #[test]
+    fn knots_need_no_symmetry() {
+        let (ku, kv) = ([0.0, 0.0, 0.0, 0.3, 1.0, 1.0, 1.0].into(), [0.0, 0.0, 1.0, 1.0].into());
+        let points = [0.0, 0.15, 0.65, 1.0].iter().flat_map(|&x| [0.0, 1.0].map(|y| DVec3::new(x, y, 1.0))).collect();
+        let flux = patch_flux(&NurbsSurface { degree: [2, 1], knots: [ku, kv], points, weights: vec![1.0; 8] });
+        assert_close(flux.area, 1.0, 1e-14);
+        assert_close(flux.volume.z, 1.0, 1e-14);
+        assert_close(flux.moment.z, 0.5, 1e-14);
     }
 
     /// Quarter turn of the outer-upper quarter of a torus's tube (R = 3, r = 1).

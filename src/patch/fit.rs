@@ -342,7 +342,8 @@ impl Direction {
         // coefficients of the polynomial that is 1 at node k
         let nodes = map.nodes.len();
         let units: Vec<Vec<f64>> = (0..nodes).map(|k| map.coefficients(&(0..nodes).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
-        let lagrange: [Vec<f64>; 2] = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
+        let lagrange: [Vec<f64>; 2] =
+            [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
         let basis: Vec<f64> = all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect();
         let turn = |rows: &[f64], width: usize| -> Vec<f64> {
             (0..width).flat_map(|k| (0..padded(rule.len())).map(move |a| if a * width + k < rows.len() { rows[a * width + k] } else { 0.0 })).collect()
@@ -428,12 +429,14 @@ impl Loops for Quadratic<'_> {
         let m = padded(samples.across.rule.len());
         let triangle = samples.gram_rows[0].len();
         let mut blocks = vec![0.0; np * (np + 1) / 2 * triangle];
-        let mut line = vec![0.0; m];
+        let (mut line, mut along) = (vec![0.0; m], Vec::with_capacity(samples.along.rule.len()));
         let mut rest = blocks.chunks_exact_mut(triangle);
         for i in 0..np {
             for (k, block) in (0..=i).zip(&mut rest) {
-                combine_all(&mut line, samples.along.basis.chunks_exact(np).map(|along| along[i] * along[k]), weights, m);
-                combine_all(block, line.iter().copied(), &samples.products, triangle);
+                along.clear();
+                along.extend(samples.along.basis.chunks_exact(np).map(|along| along[i] * along[k]));
+                combine_all(&mut line, &along, weights, m);
+                combine_all(block, &line, &samples.products, triangle);
                 for (order, f) in plate.into_iter().enumerate() {
                     axpy(block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
                 }

@@ -379,18 +379,10 @@ impl<'a> SectorMap<'a> {
 
     /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v; where columns turn 4 in s and 6 in v.
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
-        let [c, e, n] = self.frame;
-        if let Some(turned) = &self.turned {
-            let column = self.column(turned, s);
-            let around = column.around(v);
-            return column.height(&self.misses_of_heights(turned, v), v).0 * c + around.x * e + around.y * n;
-        }
-        let t = self.t(s);
-        let natural = |v: f64| self.profile(s, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
-        natural(v) + smooth(v) * (self.crease(s)[0] - natural(1.0))
+        self.ys(&[s], &[v])[0]
     }
 
-    /// The same at all pairs, `[is * vs.len() + iv]`; the same bits.
+    /// The same at all pairs, `[is * vs.len() + iv]`.
     pub fn ys(&self, ss: &[f64], vs: &[f64]) -> Vec<DVec3> {
         let [c, e, n] = self.frame;
         let mut out = Vec::with_capacity(ss.len() * vs.len());

@@ -158,27 +158,28 @@ impl Loops for Directions<'_> {
         let [value, slope] = &along.lagrange;
         let mut out = vec![0.0; na * 5 * line];
         let mut own_at_s = vec![0.0; n];
-        // at one s: of each node of v, Y and its slope by s
-        let mut nodes = vec![[DVec3::ZERO; 2]; v_nodes];
+        // at one s: x, y, z of Y and of its slope by s, a line of the nodes of v each
+        let mut nodes = vec![0.0; 6 * v_nodes];
         // slopes of Y by s and by v
         let mut slopes = vec![0.0; 6 * line];
         for (a, out) in out.chunks_exact_mut(5 * line).enumerate() {
-            nodes.fill([DVec3::ZERO; 2]);
-            for k in 0..s_nodes {
-                let (f, d) = (value[a * s_nodes + k], slope[a * s_nodes + k]);
-                for (node, y) in nodes.iter_mut().zip(&ys[k * v_nodes..]) {
-                    node[0] += f * *y;
-                    node[1] += d * *y;
+            for l in 0..v_nodes {
+                let (mut y, mut by_s) = (DVec3::ZERO, DVec3::ZERO);
+                for k in 0..s_nodes {
+                    y += value[a * s_nodes + k] * ys[k * v_nodes + l];
+                    by_s += slope[a * s_nodes + k] * ys[k * v_nodes + l];
                 }
+                [y.x, y.y, y.z, by_s.x, by_s.y, by_s.z].into_iter().enumerate().for_each(|(c, x)| nodes[c * v_nodes + l] = x);
             }
             for c in 0..3 {
-                combine_all(&mut out[c * line..(c + 1) * line], nodes.iter().map(|y| y[0][c]), &across.turned[0], line);
-                combine_all(&mut slopes[c * line..(c + 1) * line], nodes.iter().map(|y| y[1][c]), &across.turned[0], line);
-                combine_all(&mut slopes[(3 + c) * line..(4 + c) * line], nodes.iter().map(|y| y[0][c]), &across.turned[1], line);
+                let [at, by_s] = [c, 3 + c].map(|c| &nodes[c * v_nodes..(c + 1) * v_nodes]);
+                combine_all(&mut out[c * line..(c + 1) * line], at, &across.turned[0], line);
+                combine_all(&mut slopes[c * line..(c + 1) * line], by_s, &across.turned[0], line);
+                combine_all(&mut slopes[(3 + c) * line..(4 + c) * line], at, &across.turned[1], line);
             }
             own_at_s.fill(0.0);
             along.basis[a * np..(a + 1) * np].iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
-            combine_all(&mut out[4 * line..], own_at_s.iter().copied(), &across.turned_basis, line);
+            combine_all(&mut out[4 * line..], &own_at_s, &across.turned_basis, line);
             let (y, rest) = out.split_at_mut(3 * line);
             for (j, angles) in rest[..line].as_chunks_mut::<4>().0.iter_mut().enumerate() {
                 let part = |from: &[f64], c: usize| *from[c * line + 4 * j..].first_chunk::<4>().expect("lines are padded");
