@@ -91,6 +91,38 @@ pub fn combine(out: &mut [f64], entries: &[(usize, f64)], rows: &[f64], line: us
     }
 }
 
+/// The same of all rows, with a factor for each; lengths are multiples of 4.
+#[inline(always)]
+pub fn combine_all(out: &mut [f64], factors: &[f64], rows: &[f64], line: usize) {
+    let mut at = 0;
+    let (wide, rest) = out.as_chunks_mut::<32>();
+    for out in wide {
+        *out = combined_all(factors, rows, line, at);
+        at += 32;
+    }
+    let (middle, rest) = rest.as_chunks_mut::<16>();
+    for out in middle {
+        *out = combined_all(factors, rows, line, at);
+        at += 16;
+    }
+    for out in rest.as_chunks_mut::<4>().0 {
+        *out = combined_all(factors, rows, line, at);
+        at += 4;
+    }
+}
+
+#[inline(always)]
+fn combined_all<const N: usize>(factors: &[f64], rows: &[f64], line: usize, at: usize) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (row, &f) in rows.chunks_exact(line).zip(factors) {
+        let row = row[at..].first_chunk::<N>().expect("rows are as long as said");
+        for k in 0..N {
+            sum[k] += f * row[k];
+        }
+    }
+    sum
+}
+
 /// So many columns of `combine`, from `at` on: few enough to be kept in vector registers.
 #[inline(always)]
 fn combined<const N: usize>(entries: &[(usize, f64)], rows: &[f64], line: usize, at: usize) -> [f64; N] {

@@ -96,22 +96,81 @@ impl Folds {
 
     /// `inward`: corners of the facets that do not face outward.
     fn new(inward: impl Iterator<Item = [DVec3; 3]>) -> Folds {
-        let middles: Vec<DVec3> = middles().collect();
-        let mut cells = vec![false; middles.len()];
-        for corners in inward {
+        let cones = inward.map(|corners| {
             // all that the facet hides lies in the cone about its corners
             let [a, b, c] = corners.map(|p| p.normalize());
             let axis = (a + b + c).normalize_or_zero();
             let wide = axis.dot(a).min(axis.dot(b)).min(axis.dot(c));
-            let least = if wide > 0.0 { (wide.min(1.0).acos() + Folds::CELL).cos() } else { -1.0 };
-            cells.iter_mut().zip(&middles).for_each(|(cell, m)| *cell |= m.dot(axis) >= least);
-        }
-        Folds { cells, reach_sq: OnceLock::new() }
+            (axis, if wide > 0.0 { (wide.min(1.0).acos() + Folds::CELL).cos() } else { -1.0 })
+        });
+        Folds { cells: vectorised(Hidden { cones: &cones.collect::<Vec<_>>() }), reach_sq: OnceLock::new() }
     }
 
     fn reach_sq(&self, mesh: &Mesh) -> f64 {
-        let longest = |[a, b, c]: [DVec3; 3]| a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        *self.reach_sq.get_or_init(|| mesh.facets().map(|f| longest(mesh.corners(f))).fold(0.0, f64::max))
+        *self.reach_sq.get_or_init(|| vectorised(Longest { sleeves: &mesh.sleeves }))
+    }
+}
+
+/// Which cells of the cube map have their middle in one of these cones (axis, least cosine).
+struct Hidden<'a> {
+    cones: &'a [(DVec3, f64)],
+}
+
+impl Loops for Hidden<'_> {
+    type Output = Vec<bool>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<bool> {
+        let middles: Vec<DVec3> = middles().collect();
+        let [x, y, z] = [0, 1, 2].map(|k| middles.iter().map(|m| m[k]).collect::<Vec<f64>>());
+        // the most by which a cosine exceeds the least
+        let mut excess = vec![f64::NEG_INFINITY; middles.len()];
+        for (axis, least) in self.cones {
+            for (((most, x), y), z) in excess.iter_mut().zip(&x).zip(&y).zip(&z) {
+                let over = x * axis.x + y * axis.y + z * axis.z - least;
+                *most = if over > *most { over } else { *most };
+            }
+        }
+        excess.into_iter().map(|most| most >= 0.0).collect()
+    }
+}
+
+/// Square of the longest edge of all facets.
+struct Longest<'a> {
+    sleeves: &'a [Sleeve],
+}
+
+impl Loops for Longest<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        const WIDE: usize = 8;
+        let mut most = [0.0f64; WIDE];
+        for sleeve in self.sleeves {
+            let n = sleeve.columns;
+            for row in 0..=sleeve.layers {
+                let [x, y, z, ..] = sleeve.row(row);
+                let [ax, ay, az, ..] = sleeve.row((row + 1).min(sleeve.layers));
+                // to the next column, to the next row, and along the diagonal: each edge of the row's quads is one of them
+                for (here, there) in [([x, y, z], [&x[1..], &y[1..], &z[1..]]), ([x, y, z], [ax, ay, az]), ([x, y, z], [&ax[1..], &ay[1..], &az[1..]])] {
+                    let [hx, hy, hz] = here.map(|part| &part[1..=n]);
+                    let [tx, ty, tz] = there.map(|part| &part[1..=n]);
+                    for at in (0..n).step_by(WIDE) {
+                        // the last ones of a row overlap those before them
+                        let at = at.min(n.saturating_sub(WIDE));
+                        let part = |from: &[f64]| from[at..].first_chunk::<WIDE>().copied().unwrap_or_else(|| std::array::from_fn(|k| from[k.min(n - 1)]));
+                        let ([hx, hy, hz], [tx, ty, tz]) = ([hx, hy, hz].map(part), [tx, ty, tz].map(part));
+                        for (k, lane) in most.iter_mut().enumerate() {
+                            let (dx, dy, dz) = (hx[k] - tx[k], hy[k] - ty[k], hz[k] - tz[k]);
+                            let square = dx * dx + dy * dy + dz * dz;
+                            *lane = if square > *lane { square } else { *lane };
+                        }
+                    }
+                }
+            }
+        }
+        most.into_iter().fold(0.0, f64::max)
     }
 }
 

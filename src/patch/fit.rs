@@ -11,11 +11,11 @@
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
 use crate::math::sparse::Blocks;
-use crate::math::{Loops, axpy, axpy2, combine, padded, vectorised};
+use crate::math::{Loops, axpy, axpy2, combine, combine_all, padded, vectorised};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
 use crate::patch::map::SectorMap;
-use crate::patch::sampled::{Sampled, SectorSamples, snake};
+use crate::patch::sampled::{Sampled, SectorSamples, projection, snake};
 use std::ops::Range;
 
 /// Weight of the thin-plate energy, in r². Measured: at 1e-5 and above the fit error grows, below 1e-7 thin sectors ripple.
@@ -320,13 +320,19 @@ pub(super) struct Direction {
     pub(super) basis: Vec<f64>,
     /// Value and slope at each sample of the polynomial that is 1 at one node of the direction map, `[sample * nodes + node]`.
     pub(super) lagrange: [Vec<f64>; 2],
+    /// The same turned, `[node * padded samples + sample]`.
+    pub(super) turned: [Vec<f64>; 2],
+    /// The basis turned, `[i * padded samples + sample]`.
+    pub(super) turned_basis: Vec<f64>,
+    /// From values at the samples to those of the nearest polynomial of one degree less; 0 in the `RIM_ROWS` across.
+    pub(super) projection: Vec<f64>,
     /// Gram matrices of the basis, its first and its second derivatives.
     gram: [Vec<f64>; 3],
 }
 
 impl Direction {
-    /// Of degree n - 1.
-    fn new(n: usize, map: &Interpolation) -> Self {
+    /// Of degree n - 1, of which the first `zeros` coefficients are 0 for the projection.
+    fn new(n: usize, zeros: usize, map: &Interpolation) -> Self {
         let rule = gauss::rule(n + 2);
         let all: Vec<_> = rule.iter().map(|&(x, _)| basis(n - 1, x)).collect();
         let gram = [0, 1, 2].map(|order| {
@@ -336,15 +342,22 @@ impl Direction {
         // coefficients of the polynomial that is 1 at node k
         let nodes = map.nodes.len();
         let units: Vec<Vec<f64>> = (0..nodes).map(|k| map.coefficients(&(0..nodes).map(|i| f64::from(i == k)).collect::<Vec<_>>())).collect();
-        let lagrange = [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
-        Direction { rule, basis: all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect(), lagrange, gram }
+        let lagrange: [Vec<f64>; 2] =
+            [0, 1].map(|order| all.iter().flat_map(|b| units.iter().map(|c| c.iter().zip(&b[order]).map(|(c, b)| c * b).sum())).collect());
+        let basis: Vec<f64> = all.iter().flat_map(|[b, ..]| &b[..n]).copied().collect();
+        let turn = |rows: &[f64], width: usize| -> Vec<f64> {
+            (0..width).flat_map(|k| (0..padded(rule.len())).map(move |a| if a * width + k < rows.len() { rows[a * width + k] } else { 0.0 })).collect()
+        };
+        let turned = [0, 1].map(|order: usize| turn(&lagrange[order], nodes));
+        let (turned_basis, projection) = (turn(&basis, n), projection(&rule, zeros, n - 2));
+        Direction { basis, lagrange, turned, turned_basis, projection, gram, rule }
     }
 }
 
 impl Samples {
     pub fn new(tables: &Tables) -> Self {
         let (np, n, rows) = (tables.p + 1, tables.q + 1, tables.q + 1 - RIM_ROWS);
-        let (along, across) = (Direction::new(np, &tables.map[0]), Direction::new(n, &tables.map[1]));
+        let (along, across) = (Direction::new(np, 0, &tables.map[0]), Direction::new(n, RIM_ROWS, &tables.map[1]));
         let flat = |entry: &dyn Fn(usize, usize) -> f64| {
             let mut out: Vec<f64> = (0..rows).flat_map(|j| (0..=j).map(move |l| entry(j, l))).collect();
             out.resize(padded(out.len()), 0.0);
@@ -416,23 +429,24 @@ impl Loops for Quadratic<'_> {
         let m = padded(samples.across.rule.len());
         let triangle = samples.gram_rows[0].len();
         let mut blocks = vec![0.0; np * (np + 1) / 2 * triangle];
-        let mut line = vec![0.0; m];
-        let (mut along, mut across) = (Vec::new(), Vec::new());
+        let (mut line, mut along) = (vec![0.0; m], Vec::with_capacity(samples.along.rule.len()));
         let mut rest = blocks.chunks_exact_mut(triangle);
         for i in 0..np {
             for (k, block) in (0..=i).zip(&mut rest) {
                 along.clear();
-                along.extend(samples.along.basis.chunks_exact(np).map(|along| along[i] * along[k]).enumerate());
-                combine(&mut line, &along, weights, m);
-                across.clear();
-                across.extend(line[..samples.across.rule.len()].iter().copied().enumerate());
-                combine(block, &across, &samples.products, triangle);
+                along.extend(samples.along.basis.chunks_exact(np).map(|along| along[i] * along[k]));
+                combine_all(&mut line, &along, weights, m);
+                combine_all(block, &line, &samples.products, triangle);
                 for (order, f) in plate.into_iter().enumerate() {
                     axpy(block, f * samples.along.gram[2 - order][i * np + k], &samples.gram_rows[order]);
                 }
             }
         }
-        samples.sources.iter().map(|&at| blocks[at as usize]).collect()
+        let mut out = vec![0.0; samples.sources.len()];
+        let ((from, from_rest), (to, to_rest)) = (samples.sources.as_chunks::<8>(), out.as_chunks_mut::<8>());
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = from.map(|at| blocks[at as usize]));
+        to_rest.iter_mut().zip(from_rest).for_each(|(to, &at)| *to = blocks[at as usize]);
+        out
     }
 }
 

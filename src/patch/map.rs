@@ -379,15 +379,32 @@ impl<'a> SectorMap<'a> {
 
     /// The direction at (s, v): a polynomial of degree 3 in s and 4 in v; where columns turn 4 in s and 6 in v.
     pub fn y(&self, s: f64, v: f64) -> DVec3 {
+        self.ys(&[s], &[v])[0]
+    }
+
+    /// The same at all pairs, `[is * vs.len() + iv]`.
+    pub fn ys(&self, ss: &[f64], vs: &[f64]) -> Vec<DVec3> {
         let [c, e, n] = self.frame;
+        let mut out = Vec::with_capacity(ss.len() * vs.len());
         if let Some(turned) = &self.turned {
-            let column = self.column(turned, s);
-            let around = column.around(v);
-            return column.height(&self.misses_of_heights(turned, v), v).0 * c + around.x * e + around.y * n;
+            let misses: Vec<_> = vs.iter().map(|&v| self.misses_of_heights(turned, v)).collect();
+            for &s in ss {
+                let column = self.column(turned, s);
+                out.extend(vs.iter().zip(&misses).map(|(&v, misses)| {
+                    let around = column.around(v);
+                    column.height(misses, v).0 * c + around.x * e + around.y * n
+                }));
+            }
+            return out;
         }
-        let t = self.t(s);
-        let natural = |v: f64| self.profile(s, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
-        natural(v) + smooth(v) * (self.crease(s)[0] - natural(1.0))
+        let (misses, last): (Vec<_>, _) = (vs.iter().map(|&v| self.misses_of_slopes(v)).collect(), self.misses_of_slopes(1.0));
+        for &s in ss {
+            let (t, column, crease) = (self.t(s), self.straight_column(s), self.crease(s)[0]);
+            let natural = |v: f64, misses: &[[f64; 2]; 2]| column.height(2.0 * self.dt(), misses, v).0 * c + (1.0 - t * t) * e + 2.0 * t * n;
+            let end = natural(1.0, &last);
+            out.extend(vs.iter().zip(&misses).map(|(&v, misses)| natural(v, misses) + smooth(v) * (crease - end)));
+        }
+        out
     }
 
     /// Width (radians), mean height from crease to rim, and mean w2.

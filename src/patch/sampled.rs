@@ -3,9 +3,9 @@
 //! On the ray along Y the skin is at |Y| / w and the film at ρ: w should be |Y| / ρ, and per unit of w the surface moves by
 //! ρ² / |Y| along the ray, that times cos(normal, ray) along its normal.
 
-use crate::math::{axpy, padded};
+use crate::math::{Loops, axpy, combine_all, padded, vectorised};
 use crate::node::{Film, Sampler};
-use crate::patch::fit::{Direction, RIM_ROWS, Samples};
+use crate::patch::fit::Samples;
 use crate::patch::forms::Tables;
 use crate::patch::layout::Layout;
 use crate::patch::map::SectorMap;
@@ -13,6 +13,8 @@ use glam::DVec3;
 
 /// The steepest film (cosine between normal and ray) that still counts in full.
 const LEAST_FACING: f64 = 0.05;
+
+const MISSED: &str = "a ray from the node misses the film";
 
 /// The samples of all sectors of a node.
 pub struct Sampled {
@@ -42,7 +44,7 @@ impl Sampled {
         let mut sampler = film.sampler();
         let sectors =
             (0..layout.sectors.len()).map(|k| SectorSamples::new(tables, samples, &SectorMap::new(layout, k), &mut sampler)).collect::<Option<Vec<_>>>();
-        Ok(Sampled { sectors: sectors.ok_or("a ray from the node misses the film")? })
+        Ok(Sampled { sectors: sectors.ok_or(MISSED)? })
     }
 
     /// The same, but none where the film's roughness exceeds `most`, node units: the largest distance of the film, at the samples, from the surfaces whose w is of
@@ -51,9 +53,7 @@ impl Sampled {
     ///
     /// Films are roughest where struts are closest: a sector there is looked at first, enough for two of three rough films.
     pub fn unless_rougher(tables: &Tables, samples: &Samples, layout: &Layout, film: &Film, most: f64) -> Result<Option<Sampled>, String> {
-        let lower = |direction: &Direction, from: usize| projection(&direction.rule, from, direction.basis.len() / direction.rule.len() - 2);
-        let projections = [lower(&samples.along, 0), lower(&samples.across, RIM_ROWS)];
-        let is_rough = |sector: &SectorSamples| sector.roughness(&projections) > most;
+        let is_rough = |sector: &SectorSamples| sector.roughness(samples) > most;
         let angle = |k: &usize| layout.creases[layout.sectors[*k].crease].frame.theta;
         let closest = (0..layout.sectors.len()).min_by(|a, b| angle(a).total_cmp(&angle(b)));
         let mut sampler = film.sampler();
@@ -61,8 +61,16 @@ impl Sampled {
         if seen.is_some_and(|sector| is_rough(&sector)) {
             return Ok(None);
         }
-        let sampled = Sampled::new(tables, samples, layout, film)?;
-        Ok((!sampled.sectors.iter().any(is_rough)).then_some(sampled))
+        let mut sampler = film.sampler();
+        let mut sectors = Vec::with_capacity(layout.sectors.len());
+        for k in 0..layout.sectors.len() {
+            let sector = SectorSamples::new(tables, samples, &SectorMap::new(layout, k), &mut sampler).ok_or(MISSED)?;
+            if is_rough(&sector) {
+                return Ok(None);
+            }
+            sectors.push(sector);
+        }
+        Ok(Some(Sampled { sectors }))
     }
 }
 
@@ -71,15 +79,14 @@ impl SectorSamples {
         let (np, n) = (tables.p + 1, tables.q + 1);
         let (na, m) = (samples.along.rule.len(), samples.across.rule.len());
         let own = own_gauge(tables, map);
-        let directions = directions(tables, samples, map);
-        let (mut targets, mut moves, mut weights) = (vec![0.0; na * m], vec![0.0; na * m], vec![0.0; na * padded(m)]);
-        let mut own_at_s = vec![0.0; n];
-        for (a, &(_, ws)) in samples.along.rule.iter().enumerate() {
-            own_at_s.fill(0.0);
-            samples.along.basis[a * np..(a + 1) * np].iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
+        let ys = map.ys(&tables.map[0].nodes, &tables.map[1].nodes);
+        let line = padded(m);
+        let lines = vectorised(Directions { samples, ys: &ys, own: &own, counts: [np, n] });
+        let (mut targets, mut moves, mut weights) = (vec![0.0; na * m], vec![0.0; na * m], vec![0.0; na * line]);
+        for ((a, &(_, ws)), lines) in samples.along.rule.iter().enumerate().zip(lines.chunks_exact(5 * line)) {
             for b in snake(a, m) {
-                let (y, solid_angle) = directions[a * m + b];
-                let own: f64 = samples.across.basis[b * n..(b + 1) * n].iter().zip(&own_at_s).map(|(f, x)| f * x).sum();
+                let [x, y, z, solid_angle, own] = std::array::from_fn(|k| lines[k * line + b]);
+                let y = DVec3::new(x, y, z);
                 let hit = sampler.hit(y)?;
                 let (rho, length) = (hit.distance, y.length());
                 let facing = hit.normal.dot(y / length).max(LEAST_FACING);
@@ -87,15 +94,16 @@ impl SectorSamples {
                 let moved = (rho * rho / length * facing).powi(2);
                 targets[a * m + b] = length / rho - own;
                 moves[a * m + b] = moved;
-                weights[a * padded(m) + b] = moved * ws * samples.across.rule[b].1 * area;
+                weights[a * line + b] = moved * ws * samples.across.rule[b].1 * area;
             }
         }
         Some(SectorSamples { own, targets, moves, weights })
     }
 
-    /// See `Sampled::unless_rougher`; `projections` along and across.
-    fn roughness(&self, [along, across]: &[Vec<f64>; 2]) -> f64 {
-        let (na, m) = (along.len().isqrt(), across.len().isqrt());
+    /// See `Sampled::unless_rougher`.
+    fn roughness(&self, samples: &Samples) -> f64 {
+        let (along, across) = (&samples.along.projection, &samples.across.projection);
+        let (na, m) = (samples.along.rule.len(), samples.across.rule.len());
         let product = |f: &[f64], g: &[f64]| f.iter().zip(g).map(|(f, g)| f * g).sum::<f64>();
         let lines: Vec<f64> = self.targets.chunks_exact(m).flat_map(|line| across.chunks_exact(m).map(move |row| product(row, line))).collect();
         let mut nearest = vec![0.0; na * m];
@@ -108,7 +116,7 @@ impl SectorSamples {
 }
 
 /// The matrix from values at the points of Gauss's rule to those of the nearest polynomial made of x^from to x^to, row by row.
-fn projection(rule: &[(f64, f64)], from: usize, to: usize) -> Vec<f64> {
+pub(super) fn projection(rule: &[(f64, f64)], from: usize, to: usize) -> Vec<f64> {
     let product = |f: &[f64], g: &[f64]| f.iter().zip(g).zip(rule).map(|((f, g), r)| f * g * r.1).sum::<f64>();
     // Gram and Schmidt, twice for round-off
     let mut basis: Vec<Vec<f64>> = Vec::new();
@@ -126,38 +134,67 @@ fn projection(rule: &[(f64, f64)], from: usize, to: usize) -> Vec<f64> {
     (0..n * n).map(|k| basis.iter().map(|f| f[k / n] * f[k % n]).sum::<f64>() * rule[k % n].1).collect()
 }
 
-/// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values at as many nodes as fix
-/// the polynomial that it is. The map is regular, so the sign of its volume is known.
-fn directions(tables: &Tables, samples: &Samples, map: &SectorMap) -> Vec<(DVec3, f64)> {
-    let [s_nodes, v_nodes] = [0, 1].map(|k| &tables.map[k].nodes);
-    let (np, n, m) = (s_nodes.len(), v_nodes.len(), samples.along.rule.len());
-    let [value, slope] = &samples.along.lagrange;
-    // along s first: `[sample * n + node of v]`, Y and its derivative by s
-    let mut along = vec![[DVec3::ZERO; 2]; m * n];
-    for (k, &s) in s_nodes.iter().enumerate() {
-        for (l, &v) in v_nodes.iter().enumerate() {
-            let y = map.y(s, v);
-            for a in 0..m {
-                let [at, by_s] = &mut along[a * n + l];
-                *at += value[a * np + k] * y;
-                *by_s += slope[a * np + k] * y;
+/// A map's direction Y at all samples, and its solid angle per unit of parameter: through its values `ys` at as many nodes as fix
+/// the polynomial that it is. The map is regular, so the sign of its volume is known. Also the strut's own gauge there, from its coefficients.
+///
+/// For each sample along s five padded lines: x, y, z, solid angle, own gauge.
+struct Directions<'a> {
+    samples: &'a Samples,
+    /// `[node of s * nodes of v + node of v]`.
+    ys: &'a [DVec3],
+    own: &'a [f64],
+    /// Coefficients along and across.
+    counts: [usize; 2],
+}
+
+impl Loops for Directions<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<f64> {
+        let Directions { samples: Samples { along, across, .. }, ys, own, counts: [np, n] } = self;
+        let (na, line) = (along.rule.len(), padded(across.rule.len()));
+        let (s_nodes, v_nodes) = (along.lagrange[0].len() / na, across.turned[0].len() / line);
+        let [value, slope] = &along.lagrange;
+        let mut out = vec![0.0; na * 5 * line];
+        let mut own_at_s = vec![0.0; n];
+        // at one s: x, y, z of Y and of its slope by s, a line of the nodes of v each
+        let mut nodes = vec![0.0; 6 * v_nodes];
+        // slopes of Y by s and by v
+        let mut slopes = vec![0.0; 6 * line];
+        for (a, out) in out.chunks_exact_mut(5 * line).enumerate() {
+            for l in 0..v_nodes {
+                let (mut y, mut by_s) = (DVec3::ZERO, DVec3::ZERO);
+                for k in 0..s_nodes {
+                    y += value[a * s_nodes + k] * ys[k * v_nodes + l];
+                    by_s += slope[a * s_nodes + k] * ys[k * v_nodes + l];
+                }
+                [y.x, y.y, y.z, by_s.x, by_s.y, by_s.z].into_iter().enumerate().for_each(|(c, x)| nodes[c * v_nodes + l] = x);
+            }
+            for c in 0..3 {
+                let [at, by_s] = [c, 3 + c].map(|c| &nodes[c * v_nodes..(c + 1) * v_nodes]);
+                combine_all(&mut out[c * line..(c + 1) * line], at, &across.turned[0], line);
+                combine_all(&mut slopes[c * line..(c + 1) * line], by_s, &across.turned[0], line);
+                combine_all(&mut slopes[(3 + c) * line..(4 + c) * line], at, &across.turned[1], line);
+            }
+            own_at_s.fill(0.0);
+            along.basis[a * np..(a + 1) * np].iter().zip(own.chunks_exact(n)).for_each(|(f, column)| axpy(&mut own_at_s, *f, column));
+            combine_all(&mut out[4 * line..], &own_at_s, &across.turned_basis, line);
+            let (y, rest) = out.split_at_mut(3 * line);
+            for (j, angles) in rest[..line].as_chunks_mut::<4>().0.iter_mut().enumerate() {
+                let part = |from: &[f64], c: usize| *from[c * line + 4 * j..].first_chunk::<4>().expect("lines are padded");
+                let [x, y, z] = [part(y, 0), part(y, 1), part(y, 2)];
+                let [xs, ys, zs] = [part(&slopes, 0), part(&slopes, 1), part(&slopes, 2)];
+                let [xv, yv, zv] = [part(&slopes, 3), part(&slopes, 4), part(&slopes, 5)];
+                for k in 0..4 {
+                    let cross = [ys[k] * zv[k] - yv[k] * zs[k], zs[k] * xv[k] - zv[k] * xs[k], xs[k] * yv[k] - xv[k] * ys[k]];
+                    let length = (x[k] * x[k] + y[k] * y[k] + z[k] * z[k]).sqrt();
+                    angles[k] = (x[k] * cross[0] + y[k] * cross[1] + z[k] * cross[2]).abs() / (length * length * length);
+                }
             }
         }
+        out
     }
-    let [value, slope] = &samples.across.lagrange;
-    let mut out = Vec::with_capacity(m * samples.across.rule.len());
-    for row in along.chunks_exact(n) {
-        for (value, slope) in value.chunks_exact(n).zip(slope.chunks_exact(n)) {
-            let (mut y, mut by_s, mut by_v) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-            for (&[at, at_s], (f, d)) in row.iter().zip(value.iter().zip(slope)) {
-                y += *f * at;
-                by_s += *f * at_s;
-                by_v += *d * at;
-            }
-            out.push((y, y.dot(by_s.cross(by_v)).abs() / y.length().powi(3)));
-        }
-    }
-    out
 }
 
 /// Bernstein coefficients of the strut's own gauge on a sector: |E_rim| / r for a cylinder, less what a cone grows by.

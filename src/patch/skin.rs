@@ -97,8 +97,7 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
     let mut weights = fit.sectors[index].clone();
     // coefficients of Y: first along v, then along s
     let [along, across] = &tables.map;
-    let column = |s: f64| across.coefficients(&across.nodes.iter().map(|&v| map.y(s, v)).collect::<Vec<_>>());
-    let columns: Vec<Vec<DVec3>> = along.nodes.iter().map(|&s| column(s)).collect();
+    let columns: Vec<Vec<DVec3>> = map.ys(&along.nodes, &across.nodes).chunks_exact(across.nodes.len()).map(|y| across.coefficients(y)).collect();
     let mut points = vec![DVec3::ZERO; (p + 1) * n];
     for iv in 0..n {
         let row: Vec<DVec3> = columns.iter().map(|c| c[iv]).collect();
