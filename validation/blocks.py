@@ -18,7 +18,7 @@ import program
 from model import Model
 from result import cost, fell, finish
 
-CELL, REPEAT, COUNT = "bcc", "2x2x2", 3
+CELL, REPEAT, COUNT = "bcc", "2x1x1", 3
 CLOSE = 1e-9  # volumes, relative
 ALONE = ("text", "senses", "valid", "one_solid", "volume_area", "tolerances", "continuity", "fold")  # what a block must pass by itself
 

@@ -255,22 +255,23 @@ fn write_blocks(solved: &mut Solved, output: &Path, options: &Options, progress:
     let mut files = output::Together::default();
     let count = solved.blocks.len();
     progress.stage("writing", count as u64, "blocks");
+    let list = manifest_path(output);
+    let paths: Vec<PathBuf> = (1..=count).map(|k| beside_master(output, &format!(".block-{k}"), output.extension())).collect();
+    paths.iter().chain([&list]).map(PathBuf::as_path).chain([output]).try_for_each(output::must_be_file)?;
     let mut blocks = vec![];
-    for k in 0..count {
-        let path = beside_master(output, &format!(".block-{}", k + 1), output.extension());
+    for (k, path) in paths.iter().enumerate() {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        blocks.push(files.write(&path, |out| pipeline::write_block(solved, k, &name, options, out))?);
+        blocks.push(files.write(path, |out| pipeline::write_block(solved, k, &name, options, out))?);
         progress.advance(1);
     }
     let mut last = output::Together::default();
     let manifest = last.write(output, |out| pipeline::write_master(solved, blocks, options, out))?;
-    let path = manifest_path(output);
-    files.write(&path, |out| {
+    files.write(&list, |out| {
         serde_json::to_writer_pretty(&mut *out, &manifest)?;
         writeln!(out)
     })?;
     files.and(last).finish()?;
-    Ok(path)
+    Ok(list)
 }
 
 /// The repairs that are asked for, then the checks. Faults are told in the file's own places unless a repair has renumbered them.

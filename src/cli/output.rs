@@ -96,15 +96,17 @@ fn name_all(files: Vec<(NamedTempFile, PathBuf)>) -> Result<(), (PathBuf, io::Er
     Ok(())
 }
 
+/// Refuse what is there and no file: a folder, a device, a pipe.
+pub fn must_be_file(path: &Path) -> Result<(), Error> {
+    if path.metadata().is_ok_and(|m| !m.is_file()) { Err(Error::io(path)(io::Error::other("is there already, and is no file"))) } else { Ok(()) }
+}
+
 /// Files that belong together: they get their names when all are whole, or never.
 #[derive(Default)]
 pub struct Together(Vec<(NamedTempFile, PathBuf)>);
 
 impl Together {
     pub fn write<T>(&mut self, path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>) -> Result<T, Error> {
-        if path.metadata().is_ok_and(|m| !m.is_file()) {
-            return Err(Error::io(path)(io::Error::other("is there and no file; several files that belong together go to files alone")));
-        }
         let (file, told) = write_temporary(beside(path), fill).map_err(Error::io(path))?;
         self.0.push((file, path.to_path_buf()));
         Ok(told)
