@@ -16,6 +16,18 @@ pub enum OnConflict {
     Shrink { part: bool },
 }
 
+/// What becomes a solid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Divide {
+    /// Each connected part of the lattice.
+    #[default]
+    Not,
+    /// Each different node with its half struts: the parts of an assembly, placed wherever they stand.
+    Nodes,
+    /// Each connected part of so many blocks of neighbouring nodes; each block is a file.
+    Blocks(usize),
+}
+
 /// Options of one run from graph to STEP text.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -31,8 +43,7 @@ pub struct Options {
     /// control points; those that still miss it are counted in the report.
     pub tolerance: f64,
     pub caps: Caps,
-    /// Each node with its half struts is a part, placed in an assembly: many solids that touch, not one.
-    pub assembly: bool,
+    pub divide: Divide,
     /// Nodes of equal stars are built once; else each for itself, to measure what that costs.
     pub cache: bool,
     /// A folder for a temporary file without a name, where what is built waits if it is much; none: all stays in memory.
@@ -57,7 +68,7 @@ impl Default for Options {
             fairing: Fairing::Ray,
             tolerance: 0.05,
             caps: Caps::Flat,
-            assembly: false,
+            divide: Divide::Not,
             cache: true,
             scratch: None,
             step: StepOptions::default(),

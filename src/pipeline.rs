@@ -9,14 +9,16 @@ use crate::graph::repair::{Repair, chains};
 use crate::graph::{self, Graph, Input, Lattice};
 use crate::ids::{NodeId, StrutId};
 use crate::ladder::Rung;
-use crate::options::Options;
+use crate::options::{Divide, Options};
 use crate::patch::Shelved;
 use crate::patch::figures::Figures;
-use crate::report::{self, ChangedCuts, Counts, Lowered, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Valley, Worst};
+use crate::report::{self, BlockFile, ChangedCuts, Counts, Hashed, Lowered, Manifest, Quality, Report, Rungs, ShrunkStrut, Solid, StageTime, Valley, Worst};
 use crate::settle::{Kept, Settled, Settling};
 use crate::step;
 use glam::DVec3;
+use sha2::{Digest, Sha256};
 use std::io::Write;
+use std::ops::Range;
 use std::time::Instant;
 
 /// Samples along each patch side in the checks before writing.
@@ -51,6 +53,8 @@ pub struct Solved {
     pub model: Model,
     /// Where the model's solids stand, if they are the units of an assembly.
     pub instances: Vec<Instance>,
+    /// Which of the model's solids each block has, if it is divided into blocks, and what they hold together.
+    pub blocks: Vec<(Range<usize>, brep::Measure)>,
     facts: step::Facts,
     pub report: Report,
 }
@@ -91,25 +95,32 @@ fn input(graph: &Graph) -> Input {
 
 /// From a checked lattice to checked solids.
 pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> Result<Solved, Error> {
+    let nodes = lattice.graph.used_nodes().count();
+    if let Divide::Blocks(count) = options.divide
+        && !(1..=nodes).contains(&count)
+    {
+        return Err(Error::BadInput(vec![Fault::new("--blocks", format!("{count} for {nodes} nodes"), "at least 1, and at most the number of nodes")]));
+    }
     let mut clock = Clock::default();
     let begin = |nodes: u64| progress.stage("nodes", nodes, "nodes");
     let mut settling = clock.time("nodes", || Settling::new(&lattice.graph, options))?;
-    let (Settled { graph, cuts, shrunk, built }, model, instances, crossings) = loop {
+    let (Settled { graph, cuts, shrunk, built }, (model, instances, blocks), crossings) = loop {
         let settled = clock.time("nodes", || settling.settle(&begin, &|| progress.advance(1)))?;
         progress.stage("solids", 0, "");
         let skins: Vec<Option<Shelved>> = settled.built.iter().map(|b| b.as_ref().map(|b| b.skin.clone())).collect();
         let assemble = AssembleOptions { caps: options.caps };
-        let put_together = || match options.assembly {
-            true => brep::units(&settled.graph, &skins, &assemble),
-            false => brep::assemble(&settled.graph, &skins, &assemble).map(|model| (model, vec![])),
+        let put_together = || match options.divide {
+            Divide::Not => brep::assemble(&settled.graph, &skins, &assemble).map(|model| (model, vec![], vec![])),
+            Divide::Nodes => brep::units(&settled.graph, &skins, &assemble).map(|(model, instances)| (model, instances, vec![])),
+            Divide::Blocks(count) => brep::blocks(&settled.graph, &skins, &assemble, count).map(|(model, blocks)| (model, vec![], blocks)),
         };
-        let (model, instances) = clock.time("assembly", put_together).map_err(internal)?;
-        let crossings = clock.time("checks", || match options.assembly {
-            true => brep::unit_crossings(&settled.graph, &model, &instances),
-            false => brep::crossings(&model),
+        let made = clock.time("assembly", put_together).map_err(internal)?;
+        let crossings = clock.time("checks", || match options.divide {
+            Divide::Nodes => brep::unit_crossings(&settled.graph, &made.0, &made.1),
+            Divide::Not | Divide::Blocks(_) => brep::crossings(&made.0),
         });
         if !settling.part(&meetings(&crossings)) {
-            break (settled, model, instances, crossings);
+            break (settled, made, crossings);
         }
     };
     let graph = &graph;
@@ -135,9 +146,10 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         let unit = measures[instance.unit as usize];
         brep::Measure { centroid: unit.centroid + instance.at, ..unit }
     };
-    let measure = match options.assembly {
-        true => brep::measure_total(instances.iter().map(at_place)),
-        false => brep::measure_total(measures.into_iter()),
+    let blocks = blocks.into_iter().map(|solids| (solids.clone(), brep::measure_total(measures[solids].iter().copied()))).collect();
+    let measure = match options.divide {
+        Divide::Nodes => brep::measure_total(instances.iter().map(at_place)),
+        Divide::Not | Divide::Blocks(_) => brep::measure_total(measures.iter().copied()),
     };
     let worst = |w: &brep::Worst| Worst { value: w.value, place: w.to_string() };
     let shape = shape_facts(graph, &facts_of_nodes);
@@ -173,23 +185,76 @@ pub fn solve(lattice: &Lattice, options: &Options, progress: &dyn Progress) -> R
         stages: clock.stages,
     };
     let facts = step::Facts { measure, gap_mm: quality.gap_mm.value };
-    Ok(Solved { model, instances, facts, report })
+    Ok(Solved { model, instances, blocks, facts, report })
 }
 
-/// Write the solids as STEP; adds size and time to the report.
+/// Write the solids as STEP, all in one file; adds size and time to the report.
 pub fn write(solved: &mut Solved, options: &Options, out: &mut (dyn Write + Send), progress: &dyn Progress) -> std::io::Result<()> {
     progress.stage("writing", 0, "");
     let start = Instant::now();
     let mut out = Counting { inner: out, bytes: 0 };
     let Solved { model, instances, facts, .. } = &*solved;
-    let written = match options.assembly {
-        true => step::write_assembly(model, instances, facts, &options.step, &mut out),
-        false => step::write(model, facts, &options.step, &mut out),
+    let written = match options.divide {
+        Divide::Nodes => step::write_assembly(model, instances, facts, &options.step, &mut out),
+        Divide::Not | Divide::Blocks(_) => step::write(model, facts, &options.step, &mut out),
     };
     written.map_err(std::io::Error::other)?;
-    solved.report.bytes = out.bytes;
-    solved.report.stages.push(StageTime { stage: "writing".into(), seconds: start.elapsed().as_secs_f64() });
+    let bytes = out.bytes;
+    tell_written(&mut solved.report, bytes, start);
     Ok(())
+}
+
+/// The product in the file of a block.
+fn block_product(options: &Options, block: usize) -> String {
+    format!("{}_block_{}", options.step.product, block + 1)
+}
+
+/// Write one of the blocks as a STEP file of this name; adds size and time to the report.
+pub fn write_block(solved: &mut Solved, block: usize, file: &str, options: &Options, out: &mut (dyn Write + Send)) -> std::io::Result<BlockFile> {
+    let start = Instant::now();
+    let mut out = Hashing::new(out);
+    let (solids, measure) = &solved.blocks[block];
+    let (range, solids) = (solids.clone(), &solved.model.solids[solids.clone()]);
+    let step = step::StepOptions { file_name: file.into(), product: block_product(options, block), ..options.step.clone() };
+    let facts = step::Facts { measure: *measure, ..solved.facts };
+    step::write_some(&solved.model, range, &facts, &step, &mut out).map_err(std::io::Error::other)?;
+    let half_struts = solids.iter().map(brep::Solid::halved).sum();
+    let written = BlockFile {
+        file: out.told(file),
+        solids: solids.len(),
+        nodes: solids.iter().map(|s| s.own).sum(),
+        struts: solids.iter().map(|s| s.struts.len()).sum::<usize>() - half_struts,
+        half_struts,
+        volume_mm3: measure.volume,
+        area_mm2: measure.area,
+    };
+    tell_written(&mut solved.report, written.file.bytes, start);
+    Ok(written)
+}
+
+/// Write the assembly that refers to the blocks' files; adds size and time to the report. What is in all files together.
+pub fn write_master(solved: &mut Solved, blocks: Vec<BlockFile>, options: &Options, out: &mut (dyn Write + Send)) -> std::io::Result<Manifest> {
+    let start = Instant::now();
+    let mut out = Hashing::new(out);
+    let external = |(k, block): (usize, &BlockFile)| step::External { file: block.file.file.clone(), product: block_product(options, k) };
+    let files: Vec<step::External> = blocks.iter().enumerate().map(external).collect();
+    step::write_master(&files, &solved.facts, &options.step, &mut out).map_err(std::io::Error::other)?;
+    let master = out.told(&options.step.file_name);
+    tell_written(&mut solved.report, master.bytes, start);
+    let sum = |of: fn(&BlockFile) -> usize| blocks.iter().map(of).sum::<usize>();
+    let Report { program, volume_mm3, area_mm2, .. } = &solved.report;
+    let (solids, nodes) = (sum(|b| b.solids), sum(|b| b.nodes));
+    let struts = sum(|b| b.struts) + sum(|b| b.half_struts) / 2;
+    Ok(Manifest { program: program.clone(), master, solids, nodes, struts, volume_mm3: *volume_mm3, area_mm2: *area_mm2, blocks })
+}
+
+fn tell_written(report: &mut Report, bytes: u64, start: Instant) {
+    report.bytes += bytes;
+    let seconds = start.elapsed().as_secs_f64();
+    match report.stages.iter_mut().find(|s| s.stage == "writing") {
+        Some(before) => before.seconds += seconds,
+        None => report.stages.push(StageTime { stage: "writing".into(), seconds }),
+    }
 }
 
 fn cuts_report(cuts: &Cuts, shrunk: &[Shrunk]) -> report::Cuts {
@@ -269,8 +334,7 @@ fn rungs(graph: &Graph, facts: &[Option<NodeFacts>]) -> Rungs {
 }
 
 fn solid_facts(solid: &brep::Solid, measure: &brep::Measure) -> Solid {
-    let (nodes, struts) = (solid.nodes.len(), solid.struts.len());
-    Solid { first_node: solid.nodes[0], nodes, struts, genus: struts as i64 - nodes as i64 + 1, volume_mm3: measure.volume }
+    Solid { first_node: solid.nodes[0], nodes: solid.own, struts: solid.struts.len(), genus: solid.genus(), volume_mm3: measure.volume }
 }
 
 struct ShapeFacts {
@@ -339,7 +403,8 @@ fn fit_facts(graph: &Graph, facts: &[Option<NodeFacts>], tolerance: f64) -> FitF
 fn counts(model: &Model) -> Counts {
     let mut counts = Counts { components: model.solids.len(), ..Counts::default() };
     for solid in &model.solids {
-        counts.nodes += solid.nodes.len();
+        counts.nodes += solid.own;
+        counts.genus += solid.genus();
         counts.struts += solid.struts.len();
         counts.circles += solid.circles.len();
         let c = brep::Counts::of(solid);
@@ -353,7 +418,6 @@ fn counts(model: &Model) -> Counts {
         counts.caps += caps;
         counts.patches += c.faces - solid.struts.len() - caps;
     }
-    counts.genus = counts.struts as i64 - counts.nodes as i64 + counts.components as i64;
     counts
 }
 
@@ -389,6 +453,35 @@ impl Write for Counting<'_> {
     fn write(&mut self, buf: &[u8]) -> std::io::Result<usize> {
         let n = self.inner.write(buf)?;
         self.bytes += n as u64;
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+/// Takes the SHA-256 of what it hands on.
+struct Hashing<'a> {
+    inner: Counting<'a>,
+    hash: Sha256,
+}
+
+impl<'a> Hashing<'a> {
+    fn new(inner: &'a mut (dyn Write + Send)) -> Self {
+        Hashing { inner: Counting { inner, bytes: 0 }, hash: Sha256::new() }
+    }
+
+    fn told(self, file: &str) -> Hashed {
+        let sha256 = self.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Hashed { file: file.into(), sha256, bytes: self.inner.bytes }
+    }
+}
+
+impl Write for Hashing<'_> {
+    fn write(&mut self, buf: &[u8]) -> std::io::Result<usize> {
+        let n = self.inner.write(buf)?;
+        self.hash.update(&buf[..n]);
         Ok(n)
     }
 

@@ -11,13 +11,13 @@ use serde::Serialize;
 pub struct Report {
     /// Program and version.
     pub program: String,
-    /// What the file holds; of an assembly, what its different parts hold.
+    /// What the file holds; of an assembly, what its different parts hold; of blocks, what all of them hold: half a strut counts as one.
     pub counts: Counts,
     /// Parts placed in an assembly; 0 without `--assembly`.
     pub instances: usize,
     /// One for each connected part, in the order of the file.
     pub solids: Vec<Solid>,
-    /// Volume, area and centroid of all together; in an assembly each part counts as often as it is placed.
+    /// Volume, area and centroid of all together; in an assembly each part counts as often as it is placed. Discs between parts or blocks count on both sides.
     pub volume_mm3: f64,
     pub area_mm2: f64,
     pub centroid_mm: [f64; 3],
@@ -36,7 +36,7 @@ pub struct Report {
     pub changes: Vec<Note>,
     /// The repairs that were asked for and the nodes that needed no skin, in the order they were made, with all that is needed to take them back.
     pub repairs: Vec<Repair>,
-    /// Size of the STEP text.
+    /// Size of the STEP text, of all files.
     pub bytes: u64,
     pub stages: Vec<StageTime>,
 }
@@ -54,7 +54,7 @@ pub struct Counts {
     pub cones: usize,
     /// Spline faces.
     pub patches: usize,
-    /// Faces that close degree-1 ends.
+    /// Faces that close degree-1 ends, and struts halved between parts or blocks.
     pub caps: usize,
     /// Rim circles: two per strut.
     pub circles: usize,
@@ -62,7 +62,7 @@ pub struct Counts {
     pub vertices: usize,
     /// Connected components: one solid each.
     pub components: usize,
-    /// Sum of the solids' genera: struts - nodes + components.
+    /// Sum of the solids' genera: struts - nodes + components, where each half of a strut has an end node of its own.
     pub genus: i64,
 }
 
@@ -184,6 +184,49 @@ pub struct ShrunkStrut {
 pub struct StageTime {
     pub stage: String,
     pub seconds: f64,
+}
+
+/// What `--blocks` wrote: all files, and what is in them together.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    /// Program and version.
+    pub program: String,
+    /// The assembly that refers to the blocks.
+    pub master: Hashed,
+    pub solids: usize,
+    pub nodes: usize,
+    /// Those of the lattice: two halves are one.
+    pub struts: usize,
+    pub volume_mm3: f64,
+    /// The discs between blocks count on both sides.
+    pub area_mm2: f64,
+    /// In the order of their numbers.
+    pub blocks: Vec<BlockFile>,
+}
+
+/// The file of a block.
+#[derive(Clone, Debug, Serialize)]
+pub struct BlockFile {
+    #[serde(flatten)]
+    pub file: Hashed,
+    pub solids: usize,
+    pub nodes: usize,
+    /// Whole ones.
+    pub struts: usize,
+    /// Struts that lead to other blocks, closed by a disc.
+    pub half_struts: usize,
+    pub volume_mm3: f64,
+    pub area_mm2: f64,
+}
+
+/// A file and its bytes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Hashed {
+    /// Its name, in the folder of the manifest.
+    pub file: String,
+    /// Of its bytes, in hexadecimal digits.
+    pub sha256: String,
+    pub bytes: u64,
 }
 
 /// The JSON Schema of the report.

@@ -5,14 +5,15 @@ use lattice_brep::brep::{Instance, crossings, unit_crossings};
 use lattice_brep::graph::catalogue::{Cell, generate};
 use lattice_brep::graph::check::Overlaps;
 use lattice_brep::graph::{Graph, Lattice, json};
-use lattice_brep::options::Options;
+use lattice_brep::options::{Divide, Options};
 use lattice_brep::pipeline::{Silent, Solved, solve, write};
 use lattice_brep::step::read_back;
 use std::collections::HashMap;
 
 fn solved(graph: &Graph, assembly: bool) -> Solved {
     let lattice = Lattice { name: None, graph: graph.clone(), notes: vec![] };
-    let options = Options { assembly, overlaps: Overlaps::Keep, ..Options::default() };
+    let divide = if assembly { Divide::Nodes } else { Divide::Not };
+    let options = Options { divide, overlaps: Overlaps::Keep, ..Options::default() };
     solve(&lattice, &options, &Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -67,7 +68,7 @@ fn crossings_are_those_of_the_solid() {
 #[test]
 fn an_independent_reader_finds_all_units_sound() {
     let graph = irregular();
-    let options = Options { assembly: true, ..Options::default() };
+    let options = Options { divide: Divide::Nodes, ..Options::default() };
     let mut solved = solved(&graph, true);
     let mut text = vec![];
     write(&mut solved, &options, &mut text, &Silent).unwrap();
@@ -90,7 +91,7 @@ fn many_nodes_stand_in_blocks_each_once_in_its_place() {
     let graph = generate(Cell::Bcc, 7.3, [6, 6, 6], 0.4).unwrap();
     let mut solved = solved(&graph, true);
     let mut text = vec![];
-    write(&mut solved, &Options { assembly: true, ..Options::default() }, &mut text, &Silent).unwrap();
+    write(&mut solved, &Options { divide: Divide::Nodes, ..Options::default() }, &mut text, &Silent).unwrap();
     let found = read_back(&text[..]).unwrap();
     assert_eq!((found.faults(), found.dropped, found.solids.len()), (vec![], 0, solved.model.solids.len()));
 

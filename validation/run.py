@@ -23,6 +23,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import assembly
+import blocks
 import cases
 import checks
 import checks.valid  # loads OCC once, before the workers are forked, and makes their common lock
@@ -198,6 +199,10 @@ def main() -> int:
         tell(results[-1], True)
     if wanted(f"assembly of {assembly.CELL} {assembly.REPEAT}"):
         results.append(assembly.judge(OUT))
+        keep(results[-1], args.quick)
+        tell(results[-1], True)
+    if wanted(f"blocks of {blocks.CELL} {blocks.REPEAT}"):
+        results.append(blocks.judge(OUT))
         keep(results[-1], args.quick)
         tell(results[-1], True)
     for path in whole:

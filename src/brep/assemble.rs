@@ -44,15 +44,25 @@ pub fn assemble(graph: &Graph, skins: &[Option<Shelved>], options: &AssembleOpti
 
 /// The same, told which ends of degree 1 are round.
 pub(super) fn assemble_parts(graph: &Graph, skins: &[Option<Shelved>], is_round: &dyn Fn(NodeId) -> bool) -> Result<Model, Vec<BrepError>> {
+    solids(graph, skins, components(graph).members(), is_round)
+}
+
+/// One solid for each part of a graph. Where a strut leads to a node of another part, a disc ends it in the middle between its rims.
+pub(super) fn solids(graph: &Graph, skins: &[Option<Shelved>], parts: Vec<Members>, is_round: &dyn Fn(NodeId) -> bool) -> Result<Model, Vec<BrepError>> {
     let mut solids = vec![];
     let mut faults = vec![];
-    for component in components(graph).members() {
-        match (Builder { graph, skins }).solid(component, is_round) {
+    for part in parts {
+        match (Builder { graph, skins }).solid(part, is_round) {
             Ok(solid) => solids.push(solid),
             Err(fault) => faults.push(fault),
         }
     }
     if faults.is_empty() { Ok(Model { solids }) } else { Err(faults) }
+}
+
+/// What stands for the skin where a disc ends a strut: a rim without arcs.
+pub(super) fn disc(rim: Rim) -> Shelved {
+    Shelved::from(Skin { rims: vec![rim], ..Skin::default() })
 }
 
 struct Builder<'a> {
@@ -102,25 +112,51 @@ struct PlacedEnd {
     closed: bool,
 }
 
+impl Placed {
+    /// A disc in the middle between the rims takes the place of the rim at this end. Both halves of a strut get the same, to the bit.
+    fn halved(mut self, end: End) -> Placed {
+        let [a, b] = self.rims;
+        let middle = Circle { center: a.center.midpoint(b.center), axis: a.axis, x: self.seam, radius: a.radius.midpoint(b.radius) };
+        self.rims[end as usize] = middle;
+        self.ends[end as usize] = PlacedEnd { vertex: None, point: middle.center + middle.radius * middle.x, split: None, closed: true };
+        self
+    }
+}
+
 impl Builder<'_> {
-    fn solid(&self, component: Members, is_round: &dyn Fn(NodeId) -> bool) -> Result<Solid, BrepError> {
-        let Members { nodes, struts } = component;
-        let outlines: Vec<Outline> = nodes.par_iter().map(|&node| self.outline(node)).collect::<Result<_, _>>()?;
-        let (mut next, mut first) = (First::default(), vec![]);
-        for outline in &outlines {
-            first.push(next);
-            next.vertex += outline.vertices;
-        }
-        first.push(next);
-        let of_node = |node: NodeId| nodes.binary_search(&node).expect("the node belongs to the component");
+    fn solid(&self, part: Members, is_round: &dyn Fn(NodeId) -> bool) -> Result<Solid, BrepError> {
+        let Members { nodes: own, struts } = part;
+        // the nodes that halved struts lead to, in the order of the struts
+        let ends_of = |strut: StrutId| [End::A, End::B].map(|end| self.graph.near(Arm { strut, end }));
+        let beyond: Vec<NodeId> = struts.iter().flat_map(|&strut| ends_of(strut)).filter(|n| own.binary_search(n).is_err()).collect();
+        let mut seen = [&own[..], &beyond].concat();
+        seen.sort_unstable();
+        seen.dedup();
+        let outlines: Vec<Outline> = seen.par_iter().map(|&node| self.outline(node)).collect::<Result<_, _>>()?;
+        let outline_of = |node: NodeId| &outlines[seen.binary_search(&node).expect("a node at one of the struts")];
         let rim = |arm: Arm| {
             let node = self.graph.near(arm);
             let position = self.graph.arms(node).iter().position(|&a| a == arm).expect("an arm is listed at its node");
-            outlines[of_node(node)].rims[position].as_ref().map_err(Clone::clone)
+            outline_of(node).rims[position].as_ref().map_err(Clone::clone)
         };
-        let place = |&strut: &StrutId| self.place(strut, [rim(Arm { strut, end: End::A })?, rim(Arm { strut, end: End::B })?]);
+        let place = |&strut: &StrutId| {
+            let placed = self.place(strut, [rim(Arm { strut, end: End::A })?, rim(Arm { strut, end: End::B })?])?;
+            let cut = [End::A, End::B].into_iter().find(|&end| own.binary_search(&self.graph.near(Arm { strut, end })).is_err());
+            Ok(if let Some(end) = cut { placed.halved(end) } else { placed })
+        };
         let placed: Vec<Placed> = struts.par_iter().map(place).collect::<Result<_, _>>()?;
-        let ends: Vec<[u32; 2]> = struts.iter().map(|s| self.graph.struts()[s.index()]).map(|s| [s.a, s.b].map(|n| of_node(n) as u32)).collect();
+        let mut discs = own.len() as u32..;
+        let mut position = |node: NodeId| own.binary_search(&node).map_or_else(|_| discs.next().expect("no end"), |n| n as u32);
+        let ends: Vec<[u32; 2]> = struts.iter().map(|&strut| ends_of(strut).map(&mut position)).collect();
+
+        // the own nodes, then the discs of halved struts, which have no skins
+        let nodes = [&own[..], &beyond].concat();
+        let (mut next, mut first) = (First::default(), vec![]);
+        for &node in &own {
+            first.push(next);
+            next.vertex += outline_of(node).vertices;
+        }
+        first.resize(nodes.len() + 1, next);
 
         // vertices that no skin has
         let mut extra = vec![];
@@ -141,13 +177,15 @@ impl Builder<'_> {
             .collect();
         let mut circles: Vec<Circle> = placed.iter().flat_map(|p| p.rims).collect();
 
-        let of_strut = |strut: StrutId| struts.binary_search(&strut).expect("the strut belongs to the component") as u32;
-        let arms_of = |n: usize| self.graph.arms(nodes[n]);
-        let arms: Vec<(u32, End)> = (0..nodes.len()).flat_map(arms_of).map(|arm| (of_strut(arm.strut), arm.end)).collect();
+        let of_strut = |strut: StrutId| struts.binary_search(&strut).expect("the strut belongs to the part") as u32;
+        let mut arms: Vec<(u32, End)> = own.iter().flat_map(|&n| self.graph.arms(n)).map(|arm| (of_strut(arm.strut), arm.end)).collect();
         let mut first_arm = vec![0];
-        for n in 0..nodes.len() {
-            first_arm.push(first_arm[n] + arms_of(n).len() as u32);
+        for (n, &node) in own.iter().enumerate() {
+            first_arm.push(first_arm[n] + self.graph.degree(node) as u32);
         }
+        let at_disc = |(k, ends): (usize, &[u32; 2])| [End::A, End::B].into_iter().find(|&e| ends[e as usize] >= own.len() as u32).map(|e| (k as u32, e));
+        arms.extend(ends.iter().enumerate().filter_map(at_disc));
+        first_arm.extend(first_arm[own.len()] + 1..=arms.len() as u32);
 
         // edges and faces
         let mut poles = vec![];
@@ -157,9 +195,13 @@ impl Builder<'_> {
             let ends = || arms.iter().map(|&(k, end)| &strut_ends[k as usize][end as usize]);
             let is_capped = ends().len() == 1 && ends().all(|end| end.closed);
             (first[n].edge, first[n].face) = (next.edge, next.face);
-            next.edge += outlines[n].edges + ends().filter(|end| end.split.is_some()).count() as u32;
-            next.face += outlines[n].patches + is_capped as u32;
-            if is_capped && is_round(node) {
+            let outline = (n < own.len()).then(|| outline_of(node));
+            if let Some(outline) = outline {
+                next.edge += outline.edges + ends().filter(|end| end.split.is_some()).count() as u32;
+                next.face += outline.patches;
+            }
+            next.face += is_capped as u32;
+            if is_capped && outline.is_some() && is_round(node) {
                 poles.push(n as u32);
                 let (k, end) = arms[0];
                 let (at, r) = self.frame(node);
@@ -180,13 +222,19 @@ impl Builder<'_> {
         next.edge = strut_edges[0];
         first[nodes.len()] = next;
 
-        let centers = nodes.iter().map(|n| self.graph.nodes()[n.index()]).collect();
-        let skins = nodes.iter().map(|&node| Ok((self.graph.largest_radius(node), self.skin(node)?.clone()))).collect::<Result<_, _>>()?;
+        let rims_at_discs = || arms[first_arm[own.len()] as usize..].iter().map(|&(k, end)| circles[2 * k as usize + end as usize]);
+        let centers = own.iter().map(|n| self.graph.nodes()[n.index()]).chain(rims_at_discs().map(|c| c.center)).collect();
+        let mut skins = own.iter().map(|&node| Ok((self.graph.largest_radius(node), self.skin(node)?.clone()))).collect::<Result<Vec<_>, _>>()?;
+        if !beyond.is_empty() {
+            let bare = disc(Rim { axis: DVec3::Z, cut: 0.0, radius: 1.0, taper: 0.0, arcs: vec![] });
+            skins.extend(rims_at_discs().map(|c| (c.radius, bare.clone())));
+        }
+        let own = own.len();
         let (seams, slopes) = placed.into_iter().map(|p| (p.seam, p.slope)).unzip();
         let found = vec![];
         drop(outlines);
         let mut solid =
-            Solid { nodes, centers, struts, ends, seams, slopes, circles, extra, first, skins, strut_ends, strut_edges, arms, first_arm, poles, found };
+            Solid { nodes, own, centers, struts, ends, seams, slopes, circles, extra, first, skins, strut_ends, strut_edges, arms, first_arm, poles, found };
         solid.find();
         Ok(solid)
     }

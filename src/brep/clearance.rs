@@ -71,9 +71,18 @@ impl fmt::Display for Crossing {
     }
 }
 
-/// All crossings, by node and what its skin meets: struts first; two skins once, at the smaller node.
+/// All crossings, by node and what its skin meets: struts first; two skins once, at the smaller node. Halves of one strut count as the whole.
 pub fn crossings(model: &Model) -> Vec<Crossing> {
-    between(model.solids.iter().flat_map(Skin::all).collect(), model.solids.iter().flat_map(Strut::all).collect())
+    let mut struts: Vec<Strut> = model.solids.iter().flat_map(Strut::all).collect();
+    struts.sort_by_key(|s| s.strut);
+    struts.dedup_by(|other, half| {
+        let same = other.strut == half.strut;
+        if same {
+            half.join(other);
+        }
+        same
+    });
+    between(model.solids.iter().flat_map(Skin::all).collect(), struts)
 }
 
 /// The same for units at their places; struts are those of the graph, from node to node.
@@ -96,7 +105,7 @@ pub fn unit_crossings(graph: &Graph, model: &Model, instances: &[Instance]) -> V
         let strut = StrutId(k as u32);
         let (solid, rims, round) = whole_strut(graph, strut, &place_of);
         let ends = graph.struts()[k];
-        Strut { strut, solid, ends: [ends.a, ends.b], rims, round }
+        Strut { strut, solid, ends: [ends.a, ends.b], rims, round, halved: None }
     };
     between(instances.iter().filter_map(place).collect(), (0..graph.struts().len()).into_par_iter().map(strut).collect())
 }
@@ -221,6 +230,8 @@ struct Strut<'a> {
     rims: [Circle; 2],
     /// Which end has a round cap.
     round: [bool; 2],
+    /// The end where a disc halves it.
+    halved: Option<usize>,
 }
 
 impl<'a> Strut<'a> {
@@ -233,7 +244,15 @@ impl<'a> Strut<'a> {
             ends: solid.ends[k].map(|n| solid.nodes[n as usize]),
             rims: [*solid.rim(k, 0), *solid.rim(k, 1)],
             round: [round[2 * k], round[2 * k + 1]],
+            halved: (0..2).find(|&e| solid.ends[k][e] as usize >= solid.own),
         })
+    }
+
+    /// Takes over the end of the other half.
+    fn join(&mut self, other: &Strut) {
+        if let Some(end) = self.halved.take() {
+            (self.rims[end], self.round[end]) = (other.rims[end], other.round[end]);
+        }
     }
 
     /// A box around the balls on both rims.

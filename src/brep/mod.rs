@@ -5,6 +5,7 @@
 //! cylinders, cones and circles, ids that depend on the graph alone. Each promise has its own check.
 
 pub mod assemble;
+pub mod blocks;
 pub mod clearance;
 pub mod continuity;
 pub mod error;
@@ -17,6 +18,7 @@ pub mod topology;
 pub mod units;
 
 pub use assemble::{AssembleOptions, Caps, assemble};
+pub use blocks::blocks;
 pub use clearance::{Crossing, Other, crossings, unit_crossings};
 pub use continuity::{Quality, QualityLimits, Worst, quality};
 pub use error::BrepError;

@@ -26,9 +26,11 @@ pub struct Model {
 /// - points: the vertices, then the inner control points of the edges, node by node, then those of the patches, node by node.
 #[derive(Clone, Debug)]
 pub struct Solid {
-    /// Nodes of the component that carry struts, ascending.
+    /// Its own nodes, all with struts, ascending; behind them the nodes that halved struts would lead to. There a disc ends the strut.
     pub nodes: Vec<NodeId>,
-    /// Positions of `nodes`, mm.
+    /// How many of `nodes` are its own.
+    pub own: usize,
+    /// Positions of `nodes`, mm; of discs the middle.
     pub centers: Vec<DVec3>,
     /// Struts of the component, ascending.
     pub struts: Vec<StrutId>,
@@ -211,6 +213,8 @@ pub enum Label {
     Patch { node: NodeId, strut: StrutId, number: u32 },
     /// The end cap of a strut at a degree-1 node.
     Cap(NodeId),
+    /// The disc that ends a halved strut.
+    Disc(StrutId),
 }
 
 impl fmt::Display for Label {
@@ -219,6 +223,7 @@ impl fmt::Display for Label {
             Label::Strut(strut) => write!(f, "strut_{}", strut.0),
             Label::Patch { node, strut, number } => write!(f, "node_{}/strut_{}/{number}", node.0, strut.0),
             Label::Cap(node) => write!(f, "node_{}/cap", node.0),
+            Label::Disc(strut) => write!(f, "strut_{}/disc", strut.0),
         }
     }
 }
@@ -227,7 +232,7 @@ impl Label {
     /// The node whose skin or cap the face belongs to.
     pub fn node(self) -> Option<NodeId> {
         match self {
-            Label::Strut(_) => None,
+            Label::Strut(_) | Label::Disc(_) => None,
             Label::Patch { node, .. } | Label::Cap(node) => Some(node),
         }
     }
@@ -236,7 +241,7 @@ impl Label {
     pub fn strut(self) -> Option<StrutId> {
         match self {
             Label::Strut(strut) | Label::Patch { strut, .. } => Some(strut),
-            Label::Cap(_) => None,
+            Label::Cap(_) | Label::Disc(_) => None,
         }
     }
 }
@@ -248,6 +253,16 @@ impl Solid {
             && self.circles.iter().all(Circle::is_finite)
             && self.slopes.iter().all(|s| s.is_finite())
             && self.found.iter().all(|found| found.is_finite)
+    }
+
+    /// How many of its struts end in a disc halfway.
+    pub fn halved(&self) -> usize {
+        self.nodes.len() - self.own
+    }
+
+    /// Independent rings of struts.
+    pub fn genus(&self) -> i64 {
+        self.struts.len() as i64 - self.nodes.len() as i64 + 1
     }
 
     /// The rim circle of `struts[k]` at end a (0) or b (1).

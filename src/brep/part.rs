@@ -187,7 +187,7 @@ impl Solid {
     /// Closes a strut at the n-th of `nodes`, if that is an end: flat, or round if the node has a pole.
     pub(super) fn cap(&self, n: usize) -> Option<Face> {
         let (k, end) = *self.arms_of(n).first().filter(|&&(k, end)| self.strut_ends[k as usize][end as usize].closed)?;
-        let label = Label::Cap(self.nodes[n]);
+        let label = if n < self.own { Label::Cap(self.nodes[n]) } else { Label::Disc(self.struts[k as usize]) };
         let circle = 2 * k as usize + end as usize;
         // Counter-clockwise about the cap's own outward axis, which points away from the strut.
         let mut boundary = vec![EdgeUse { edge: self.closed_edge(k as usize, end), forward: end == End::B }];

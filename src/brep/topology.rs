@@ -98,9 +98,7 @@ fn in_order<T: Send>(count: usize, make: impl Fn(usize) -> T + Sync, mut take: i
 
 /// All topological checks on all solids; one fault a solid at most, the first.
 pub fn check_topology(model: &Model) -> Result<(), Vec<BrepError>> {
-    let check = |(index, solid): (usize, &Solid)| {
-        check_borders(index, &Borders::of(solid), solid.struts.len() as i64 - solid.nodes.len() as i64 + 1, |f| solid.label(f).to_string())
-    };
+    let check = |(index, solid): (usize, &Solid)| check_borders(index, &Borders::of(solid), solid.genus(), |f| solid.label(f).to_string());
     let faults: Vec<_> = model.solids.iter().enumerate().filter_map(|s| check(s).err()).collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }

@@ -3,12 +3,12 @@
 //!
 //! Neighbours touch in coincident discs. Nothing is joined.
 
-use super::assemble::{AssembleOptions, Caps, assemble_parts};
+use super::assemble::{AssembleOptions, Caps, assemble_parts, disc};
 use super::error::BrepError;
 use super::model::{Circle, Model, Solid};
 use crate::graph::{Arm, End, Graph, Strut};
 use crate::ids::{NodeId, StrutId};
-use crate::patch::{Rim, Shelved, Skin};
+use crate::patch::{Rim, Shelved};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -65,7 +65,7 @@ pub fn units(graph: &Graph, skins: &[Option<Shelved>], options: &AssembleOptions
             let length = half.middle.length();
             let taper = (half.radii[0] - half.radii[1]) / length;
             let rim = Rim { axis: -half.middle / length, cut: 0.0, radius: 1.0, taper, arcs: vec![] };
-            of_points.push(Some(Shelved::from(Skin { rims: vec![rim], ..Skin::default() })));
+            of_points.push(Some(disc(rim)));
             points.push(half.middle);
         }
     }
@@ -76,6 +76,7 @@ pub fn units(graph: &Graph, skins: &[Option<Shelved>], options: &AssembleOptions
         let arms = graph.arms(node);
         solid.nodes = std::iter::once(node).chain(arms.iter().map(|&arm| graph.far(arm))).collect();
         solid.struts = arms.iter().map(|arm| arm.strut).collect();
+        solid.own = 1;
     }
     Ok((model, instances))
 }

@@ -14,12 +14,13 @@ use lattice_brep::graph::import::Imported;
 use lattice_brep::graph::repair::merge::MERGE_ANGLE;
 use lattice_brep::graph::repair::{Repair, Repaired};
 use lattice_brep::node::Fairing;
-use lattice_brep::options::{OnConflict, Options};
-use lattice_brep::pipeline::{self, Progress};
+use lattice_brep::options::{Divide, OnConflict, Options};
+use lattice_brep::pipeline::{self, Progress, Solved};
 use lattice_brep::report::Report;
 use lattice_brep::step::{Digits, Schema, StepOptions, TimeStamp, compressed};
+use std::ffi::OsStr;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// Build the solid of a lattice graph and write it as STEP
@@ -68,6 +69,10 @@ pub struct ExportArgs {
     /// touch in the middle of the struts, not one solid
     #[arg(long)]
     assembly: bool,
+    /// Write so many blocks of neighbouring nodes as files of their own (out.block-1.step, ...), each strut between two of them halved by a disc; FILE
+    /// becomes an assembly that refers to them, and out.blocks.json lists them with their SHA-256
+    #[arg(long, value_name = "N", conflicts_with = "assembly")]
+    blocks: Option<usize>,
     /// STEP schema
     #[arg(long, value_enum, default_value_t = SchemaArg::Ap242)]
     schema: SchemaArg,
@@ -221,8 +226,13 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     };
     let mut solved = pipeline::solve(&lattice, &options, &progress).inspect_err(told_once)?;
     solved.report.repairs = repairs;
-    let mut write = |out: &mut (dyn Write + Send)| pipeline::write(&mut solved, &options, out, &progress);
-    output::write(Some(&output), |out| if compressed::is_named(&output) { compressed::pack(&options.step.file_name, out, write) } else { write(out) })?;
+    let mut manifest = None;
+    if args.blocks.is_some() {
+        manifest = Some(write_blocks(&mut solved, &output, &options, &progress)?);
+    } else {
+        let mut write = |out: &mut (dyn Write + Send)| pipeline::write(&mut solved, &options, out, &progress);
+        output::write(Some(&output), |out| if compressed::is_named(&output) { compressed::pack(&options.step.file_name, out, write) } else { write(out) })?;
+    }
     progress.finish();
     if let Some(path) = &args.report {
         output::write(Some(path), |out| {
@@ -232,8 +242,50 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     }
     if !args.quiet {
         eprint!("{}", summary(&solved.report, &output));
+        if let Some(path) = manifest {
+            eprintln!("{} blocks, each a file of its own: listed in {}", solved.blocks.len(), path.display());
+        }
     }
     Ok(())
+}
+
+/// The name of a file of blocks, beside the master's: `out.block-1.step`, `out.blocks.json`.
+fn beside_master(master: &Path, middle: &str, ending: Option<&OsStr>) -> PathBuf {
+    let mut name = master.file_stem().unwrap_or_default().to_owned();
+    name.push(middle);
+    if let Some(ending) = ending {
+        name.push(".");
+        name.push(ending);
+    }
+    master.with_file_name(name)
+}
+
+fn manifest_path(master: &Path) -> PathBuf {
+    beside_master(master, ".blocks", Some("json".as_ref()))
+}
+
+/// All blocks, the master and the manifest, or none of them. The manifest's path.
+fn write_blocks(solved: &mut Solved, output: &Path, options: &Options, progress: &Bar) -> Result<PathBuf, Error> {
+    let mut files = output::Together::default();
+    let count = solved.blocks.len();
+    progress.stage("writing", count as u64, "blocks");
+    let list = manifest_path(output);
+    let paths: Vec<PathBuf> = (1..=count).map(|k| beside_master(output, &format!(".block-{k}"), output.extension())).collect();
+    paths.iter().chain([&list]).map(PathBuf::as_path).chain([output]).try_for_each(output::must_be_file)?;
+    let mut blocks = vec![];
+    for (k, path) in paths.iter().enumerate() {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        blocks.push(files.write(path, |out| pipeline::write_block(solved, k, &name, options, out))?);
+        progress.advance(1);
+    }
+    let mut last = output::Together::default();
+    let manifest = last.write(output, |out| pipeline::write_master(solved, blocks, options, out))?;
+    files.write(&list, |out| {
+        serde_json::to_writer_pretty(&mut *out, &manifest)?;
+        writeln!(out)
+    })?;
+    files.and(last).finish()?;
+    Ok(list)
 }
 
 /// The repairs that are asked for, then the checks. Faults are told in the file's own places unless a repair has renumbered them.
@@ -270,6 +322,21 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
     }
     if args.assembly && matches!(args.schema, SchemaArg::Ap203) {
         faults.push(Fault::new("--assembly", "--schema ap203", "ap242 or ap214: in ap203 each part would need its own approvals"));
+    }
+    if args.blocks == Some(0) {
+        faults.push(Fault::new("--blocks", "0", "at least 1"));
+    }
+    if args.blocks.is_some() {
+        if matches!(args.schema, SchemaArg::Ap203) {
+            faults.push(Fault::new("--blocks", "--schema ap203", "ap242 or ap214: in ap203 each part would need its own approvals"));
+        }
+        if args.output.as_ref().is_some_and(|p| compressed::is_named(p)) {
+            faults.push(Fault::new("--blocks", "-o with .stpZ", "a name with another ending: readers do not look into archives for what a file refers to"));
+        }
+        let output = args.output.clone().unwrap_or_else(|| args.input.with_extension("step"));
+        if args.report.as_ref().is_some_and(|report| *report == manifest_path(&output)) {
+            faults.push(Fault::new("--report", "the name of the list of blocks", "another name"));
+        }
     }
     if args.threads == Some(0) {
         faults.push(Fault::new("--threads", "0", "at least 1"));
@@ -312,7 +379,11 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
             digits: args.digits,
             ..StepOptions::default()
         },
-        assembly: args.assembly,
+        divide: match args.blocks {
+            Some(count) => Divide::Blocks(count),
+            None if args.assembly => Divide::Nodes,
+            None => Divide::Not,
+        },
         cache: !args.no_cache,
         ..Options::default()
     })

@@ -5,24 +5,25 @@ use std::fs::OpenOptions;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
 
-/// The temporary file that is being written.
-static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
+/// The temporary files that have not got their names.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Exit code after Ctrl-C, as shells have it.
 const INTERRUPTED: i32 = 130;
 
-fn unfinished() -> MutexGuard<'static, Option<PathBuf>> {
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// On Ctrl-C, or when asked to end: remove what is unfinished, then end.
 pub fn clean_up_on_interrupt() -> Result<(), Error> {
     let handler = || {
-        // held until the end, so that no file begins after this
-        let mut file = unfinished();
-        if let Some(path) = file.take() {
-            let _ = std::fs::remove_file(path); // it may just have got its name
+        // held until the end, so that no file begins or gets its name after this
+        let mut files = unfinished();
+        for path in files.drain(..) {
+            let _ = std::fs::remove_file(path); // it may be gone already
         }
         std::process::exit(INTERRUPTED);
     };
@@ -56,7 +57,11 @@ fn write_into(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Res
 }
 
 fn write_file(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<()> {
-    let folder = beside(path);
+    let (file, ()) = write_temporary(beside(path), fill)?;
+    name_all(vec![(file, path.to_path_buf())]).map_err(|(_, e)| e)
+}
+
+fn write_temporary<T>(folder: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>) -> io::Result<(NamedTempFile, T)> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -67,16 +72,56 @@ fn write_file(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Res
     let file = {
         let mut unfinished = unfinished();
         let file = builder.prefix(".lattice-brep-").tempfile_in(folder)?;
-        *unfinished = Some(file.path().to_path_buf());
+        unfinished.push(file.path().to_path_buf());
         file
     };
     let mut out = BufWriter::new(file);
-    fill(&mut out)?;
-    let file = out.into_inner()?;
+    let told = fill(&mut out)?;
+    Ok((out.into_inner()?, told))
+}
+
+/// Give all temporary files their names, in this order; an interrupt waits. After a failure no file has its name.
+fn name_all(files: Vec<(NamedTempFile, PathBuf)>) -> Result<(), (PathBuf, io::Error)> {
     let mut unfinished = unfinished();
-    file.persist(path)?;
-    *unfinished = None;
+    let mut named: Vec<PathBuf> = vec![];
+    for (file, path) in files {
+        let temporary = file.path().to_path_buf();
+        if let Err(e) = file.persist(&path) {
+            named.iter().for_each(|path| drop(std::fs::remove_file(path)));
+            return Err((path, e.error));
+        }
+        unfinished.retain(|p| *p != temporary);
+        named.push(path);
+    }
     Ok(())
+}
+
+/// Refuse what is there and no file: a folder, a device, a pipe.
+pub fn must_be_file(path: &Path) -> Result<(), Error> {
+    if path.metadata().is_ok_and(|m| !m.is_file()) { Err(Error::io(path)(io::Error::other("is there already, and is no file"))) } else { Ok(()) }
+}
+
+/// Files that belong together: they get their names when all are whole, or never.
+#[derive(Default)]
+pub struct Together(Vec<(NamedTempFile, PathBuf)>);
+
+impl Together {
+    pub fn write<T>(&mut self, path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>) -> Result<T, Error> {
+        let (file, told) = write_temporary(beside(path), fill).map_err(Error::io(path))?;
+        self.0.push((file, path.to_path_buf()));
+        Ok(told)
+    }
+
+    /// These, then others.
+    pub fn and(mut self, others: Together) -> Together {
+        self.0.extend(others.0);
+        self
+    }
+
+    /// The last one written gets its name last.
+    pub fn finish(self) -> Result<(), Error> {
+        name_all(self.0).map_err(|(path, e)| Error::io(path)(e))
+    }
 }
 
 /// A reader that has seen enough (`| head`) is no failure.

@@ -72,6 +72,34 @@ pub fn components(graph: &Graph) -> Components {
     split(graph.nodes().len(), graph.struts())
 }
 
+/// The connected parts that are left where struts between nodes of different groups do not connect; such a strut is in the part of either end.
+/// By group, then by their smallest node. `group` is indexed by `NodeId`.
+pub fn apart(graph: &Graph, group: &[u32]) -> Vec<Members> {
+    let mut parent: Vec<usize> = (0..graph.nodes().len()).collect();
+    for s in graph.struts().iter().filter(|s| group[s.a.index()] == group[s.b.index()]) {
+        let (a, b) = (root(&mut parent, s.a.index()), root(&mut parent, s.b.index()));
+        parent[a.max(b)] = a.min(b);
+    }
+    // the root is the smallest node
+    let roots: Vec<usize> = (0..parent.len()).map(|n| root(&mut parent, n)).collect();
+    let mut order: Vec<usize> = graph.used_nodes().map(NodeId::index).filter(|&n| roots[n] == n).collect();
+    order.sort_by_key(|&n| (group[n], n));
+    let mut part_of = vec![0; roots.len()];
+    order.iter().enumerate().for_each(|(part, &n)| part_of[n] = part);
+    let mut members = vec![Members::default(); order.len()];
+    for node in graph.used_nodes() {
+        members[part_of[roots[node.index()]]].nodes.push(node);
+    }
+    for (k, s) in (0..).zip(graph.struts()) {
+        let [a, b] = [s.a, s.b].map(|n| part_of[roots[n.index()]]);
+        members[a].struts.push(StrutId(k));
+        if b != a {
+            members[b].struts.push(StrutId(k));
+        }
+    }
+    members
+}
+
 /// As `components`, before there is a graph. All ends are below `node_count`.
 pub(super) fn split(node_count: usize, struts: &[Strut]) -> Components {
     let mut parent: Vec<usize> = (0..node_count).collect();

@@ -2,6 +2,7 @@
 
 pub mod bernstein;
 pub mod gauss;
+pub mod halves;
 pub mod nurbs;
 pub mod sparse;
 pub mod wide;

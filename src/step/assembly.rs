@@ -17,17 +17,17 @@ use std::io::Write;
 const MOST_MEMBERS: usize = 256;
 
 /// A product with its shape, one more product of the same geometry, and a place in a block, and how many entities each has.
-const PART: (&str, u64) = (include_str!("../../step_templates/assembly_part.txt"), 7);
+pub(super) const PART: (&str, u64) = (include_str!("../../step_templates/assembly_part.txt"), 7);
 const AGAIN: (&str, u64) = (include_str!("../../step_templates/assembly_again.txt"), 8);
-const MEMBER: (&str, u64) = (include_str!("../../step_templates/assembly_member.txt"), 7);
+pub(super) const MEMBER: (&str, u64) = (include_str!("../../step_templates/assembly_member.txt"), 7);
 
 /// Write an assembly: each solid of the model is a part of its own, placed where its instances stand.
 pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
-    check(model, facts, options)?;
+    check(&model.solids, facts, options)?;
     if !has_extras(options.schema) {
         return Err(StepError::NoAssembly);
     }
-    let (numbers, next) = numbers(model);
+    let (numbers, next) = numbers(&model.solids);
     let blocks = groups(&instances.iter().map(|i| i.at).collect::<Vec<_>>(), MOST_MEMBERS);
     let products = Products::new(&blocks, instances, model.solids.len(), next);
     let members: usize = blocks.iter().map(Vec::len).sum();
@@ -39,9 +39,10 @@ pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, opti
         before += block.len();
         (before - block.len()..before).map(placement).collect::<String>()
     });
+    let decimals = decimals(&model.solids, options);
     let of_whole = placements.next().expect("the whole is a block");
-    out.write_all(preamble("SHAPE_REPRESENTATION", &of_whole, &numbers, facts, decimals(model, options), options).as_bytes())?;
-    write_solids(&mut out, model, &numbers, "unit", options)?;
+    out.write_all(preamble("SHAPE_REPRESENTATION", &of_whole, &numbers, facts, decimals, options).as_bytes())?;
+    write_solids(&mut out, &model.solids, &numbers, "unit", decimals, options)?;
 
     for (k, (ids, uses)) in numbers.iter().zip(&products.of_units).enumerate() {
         let (name, items) = (format!("'unit_{}'", k + 1), format!(",#{}", ids.brep));
@@ -64,14 +65,7 @@ pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, opti
             Member::Instance(i) => (format!("node_{}", instances[i].node.0), instances[i].at),
             Member::Group(g) => (format!("block_{g}"), DVec3::ZERO),
         };
-        let mut place = vec![];
-        push_list(&mut place, at.to_array(), push_real);
-        let place = String::from_utf8(place).expect("reals are ASCII");
-        let ids = [k as u64 + 1, placed.definition, placed.shape, whole.definition, whole.shape].map(|id| id.to_string());
-        let names = ["number", "definition", "shape", "whole", "whole_shape"];
-        let ids = names.iter().zip(&ids).map(|(&name, id)| (name, &id[..]));
-        let values: Vec<(&str, &str)> = [("at", &place[..]), ("name", &name)].into_iter().chain(ids).collect();
-        out.write_all(numbered(MEMBER, first_of(k), &values).as_bytes())?;
+        out.write_all(member_text(first_of(k), k + 1, &name, at, *placed, *whole).as_bytes())?;
     }
     out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
     out.flush()?;
@@ -80,14 +74,33 @@ pub fn write_assembly(model: &Model, instances: &[Instance], facts: &Facts, opti
 
 /// Numbers of a product's entities, as in the templates.
 #[derive(Clone, Copy)]
-struct Product {
-    first: u64,
-    definition: u64,
-    shape: u64,
+pub(super) struct Product {
+    pub first: u64,
+    pub definition: u64,
+    pub shape: u64,
+}
+
+impl Product {
+    /// By the templates.
+    pub(super) fn at(first: u64) -> Product {
+        Product { first, definition: first + 3, shape: first + 6 }
+    }
+}
+
+/// What stands in an assembly, at a place (mm).
+pub(super) fn member_text(first: u64, number: usize, name: &str, at: DVec3, placed: Product, whole: Product) -> String {
+    let mut place = vec![];
+    push_list(&mut place, at.to_array(), push_real);
+    let place = String::from_utf8(place).expect("reals are ASCII");
+    let ids = [number as u64, placed.definition, placed.shape, whole.definition, whole.shape].map(|id| id.to_string());
+    let names = ["number", "definition", "shape", "whole", "whole_shape"];
+    let ids = names.iter().zip(&ids).map(|(&name, id)| (name, &id[..]));
+    let values: Vec<(&str, &str)> = [("at", &place[..]), ("name", name)].into_iter().chain(ids).collect();
+    numbered(MEMBER, first, &values)
 }
 
 /// The file's own product: the whole assembly.
-const WHOLE: Product = Product { first: 4, definition: 8, shape: 11 };
+pub(super) const WHOLE: Product = Product { first: 4, definition: 8, shape: 11 };
 
 /// The numbers of all products, and the next free one.
 struct Products {
@@ -113,7 +126,7 @@ impl Products {
         }
         let mut take = |count: u64| {
             next += count;
-            Product { first: next - count, definition: next - count + 3, shape: next - count + 6 }
+            Product::at(next - count)
         };
         let of_unit = |blocks: &Vec<usize>| (0..blocks.len()).map(|n| take(if n == 0 { PART.1 } else { AGAIN.1 })).collect();
         let of_units: Vec<Vec<Product>> = users.iter().map(of_unit).collect();
@@ -130,7 +143,7 @@ impl Products {
 }
 
 /// A template whose entities `{1}`, `{2}`, ... are numbered from `first` on.
-fn numbered((template, count): (&str, u64), first: u64, values: &[(&str, &str)]) -> String {
+pub(super) fn numbered((template, count): (&str, u64), first: u64, values: &[(&str, &str)]) -> String {
     let numbers: Vec<(String, String)> = (1..=count).map(|k| (k.to_string(), (first + k - 1).to_string())).collect();
     let all: Vec<(&str, &str)> = numbers.iter().map(|(name, id)| (&name[..], &id[..])).chain(values.iter().copied()).collect();
     fill(template, &all)

@@ -1,5 +1,6 @@
 //! Instances of an assembly in nested groups of neighbours: readers take a time that grows with the square of what stands under one parent.
 
+use crate::math::halves::split;
 use glam::DVec3;
 use std::collections::VecDeque;
 
@@ -35,21 +36,6 @@ pub fn groups(places: &[DVec3], most: usize) -> Vec<Vec<Member>> {
         groups.push((first..first + waiting.len() - before).map(Member::Group).collect());
     }
     groups
-}
-
-/// Into parts of nearly the same number, across the longest side of the box around them.
-fn split(all: &mut [usize], places: &[DVec3], parts: usize, take: &mut impl FnMut(&[usize])) {
-    if parts == 1 {
-        return take(all);
-    }
-    let (low, high) = all.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &k| (low.min(places[k]), high.max(places[k])));
-    let axis = (high - low).max_position();
-    let lower = parts / 2;
-    let at = all.len() * lower / parts;
-    all.select_nth_unstable_by(at, |&a, &b| places[a][axis].total_cmp(&places[b][axis]).then(a.cmp(&b)));
-    let (below, above) = all.split_at_mut(at);
-    split(below, places, lower, take);
-    split(above, places, parts - lower, take);
 }
 
 #[cfg(test)]

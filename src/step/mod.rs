@@ -8,6 +8,7 @@ mod assembly;
 pub mod compressed;
 pub mod geometry;
 mod groups;
+mod master;
 pub mod options;
 pub mod readback;
 pub mod template;
@@ -15,6 +16,7 @@ pub mod text;
 pub mod write;
 
 pub use assembly::write_assembly;
+pub use master::{External, write_master};
 pub use options::{Digits, Schema, StepOptions, TimeStamp};
 pub use readback::{ReadBack, ReadBackError, SolidCounts, Validation, read_back};
-pub use write::{Facts, StepError, Written, write};
+pub use write::{Facts, StepError, Written, write, write_some};

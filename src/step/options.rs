@@ -121,10 +121,12 @@ pub struct Decimals {
 const LAST_DECIMAL: f64 = 1e-10;
 
 impl Decimals {
+    pub const NONE: Decimals = Decimals { points: None, weights: None };
+
     /// `radii`: the least and the largest radius of the file, mm. Weights are about 1: an error there moves a point by so many radii.
     pub fn new(digits: Digits, radii: [f64; 2]) -> Self {
         let points = match digits {
-            Digits::All => return Decimals { points: None, weights: None },
+            Digits::All => return Decimals::NONE,
             Digits::Decimals(decimals) => decimals as i32,
             Digits::Auto => -(LAST_DECIMAL * radii[0]).log10().floor() as i32,
         };

@@ -7,7 +7,7 @@ use std::fmt;
 use std::io::{self, BufRead};
 use step_io::Orientation;
 use step_io::StepModel;
-use step_io::model::{Circle, EntityKey, PartialEntity, RepresentationItemRef, RepresentationRef, RepresentedDefinitionRef};
+use step_io::model::{Circle, DocumentFile, EntityKey, PartialEntity, RepresentationItemRef, RepresentationRef, RepresentedDefinitionRef};
 use step_io::scene::{Solid, SurfaceKind};
 
 /// Product names that are printed.
@@ -32,6 +32,8 @@ pub struct ReadBack {
     /// The names in FILE_SCHEMA.
     pub schema: Vec<String>,
     pub products: Vec<String>,
+    /// Names of the files that it refers to, as the master of blocks does.
+    pub files: Vec<String>,
     /// Name of the length unit and its length in metres.
     pub length_unit: Option<(String, f64)>,
     /// In the length unit.
@@ -95,6 +97,7 @@ pub fn read_back(mut input: impl BufRead) -> Result<ReadBack, ReadBackError> {
         file_name: header.file_name.clone(),
         schema: header.schema.raw.clone(),
         products: scene.all_products().map(|p| p.name().to_owned()).collect(),
+        files: model.all::<DocumentFile>().into_iter().map(|(_, file)| model.text(file.id).to_owned()).collect(),
         length_unit: units.length.map(|u| (u.name, u.to_si)),
         uncertainty: units.precision,
         circles: model.all::<Circle>().len(),
@@ -188,7 +191,8 @@ impl ReadBack {
     pub fn faults(&self) -> Vec<String> {
         let mut faults = vec![];
         if self.solids.is_empty() {
-            faults.push("no solid in the file".to_owned());
+            let elsewhere = if self.files.is_empty() { String::new() } else { format!("; it refers to {}", self.files.join(", ")) };
+            faults.push(format!("no solid in the file{elsewhere}"));
         }
         for s in &self.solids {
             if s.bad_edges > 0 {

@@ -4,11 +4,12 @@ use super::geometry::{Numbers, write_solid};
 use super::options::{Decimals, Schema, StepOptions, TimeStamp};
 use super::template::fill;
 use super::text::{real, string};
-use crate::brep::{Measure, Model};
+use crate::brep::{Measure, Model, Solid};
 use std::io::{self, Write};
+use std::ops::Range;
 
 /// Entities of the solids start here; the templates use the numbers below.
-const FIRST: u64 = 101;
+pub(super) const FIRST: u64 = 101;
 
 /// The file never claims an uncertainty below this (mm): the resolution that common kernels assume
 /// anyway, and far below any strut.
@@ -45,37 +46,51 @@ pub enum StepError {
     Colour([f64; 3]),
     #[error("AP203 edition 1 files hold no assemblies here: each part would need its own approvals")]
     NoAssembly,
+    #[error("no file to refer to")]
+    NoBlocks,
     #[error("cannot write: {0}")]
     Io(#[from] io::Error),
 }
 
 /// Write the model as one part with one solid per component. `out` should be buffered.
-pub fn write(model: &Model, facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
-    check(model, facts, options)?;
-    let (numbers, next) = numbers(model);
+pub fn write(model: &Model, facts: &Facts, options: &StepOptions, out: impl Write + Send) -> Result<Written, StepError> {
+    write_some(model, 0..model.solids.len(), facts, options, out)
+}
+
+/// The same for some solids of a model; reals are rounded as in a file of all, so that what two files share is the same in both.
+pub fn write_some(model: &Model, solids: Range<usize>, facts: &Facts, options: &StepOptions, mut out: impl Write + Send) -> Result<Written, StepError> {
+    let (solids, decimals) = (&model.solids[solids], decimals(&model.solids, options));
+    check(solids, facts, options)?;
+    let (numbers, next) = numbers(solids);
     let breps: String = numbers.iter().map(|n| format!(",#{}", n.brep)).collect();
-    out.write_all(preamble("ADVANCED_BREP_SHAPE_REPRESENTATION", &breps, &numbers, facts, decimals(model, options), options).as_bytes())?;
-    write_solids(&mut out, model, &numbers, "solid", options)?;
+    out.write_all(preamble("ADVANCED_BREP_SHAPE_REPRESENTATION", &breps, &numbers, facts, decimals, options).as_bytes())?;
+    write_solids(&mut out, solids, &numbers, "solid", decimals, options)?;
     out.write_all(include_str!("../../step_templates/footer.txt").as_bytes())?;
     out.flush()?;
     Ok(Written { last_entity: next - 1 })
 }
 
 /// The numbers of all solids, and the next free one.
-pub(super) fn numbers(model: &Model) -> (Vec<Numbers>, u64) {
+pub(super) fn numbers(solids: &[Solid]) -> (Vec<Numbers>, u64) {
     let mut next = FIRST;
     let of_solid = |solid| {
         let ids = Numbers::new(solid, next);
         next = ids.styled + 1;
         ids
     };
-    let numbers = model.solids.iter().map(of_solid).collect();
+    let numbers = solids.iter().map(of_solid).collect();
     (numbers, next)
 }
 
-pub(super) fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers: &[Numbers], noun: &str, options: &StepOptions) -> io::Result<()> {
-    let decimals = decimals(model, options);
-    for (k, (solid, ids)) in model.solids.iter().zip(numbers).enumerate() {
+pub(super) fn write_solids(
+    out: &mut (impl Write + Send),
+    solids: &[Solid],
+    numbers: &[Numbers],
+    noun: &str,
+    decimals: Decimals,
+    options: &StepOptions,
+) -> io::Result<()> {
+    for (k, (solid, ids)) in solids.iter().zip(numbers).enumerate() {
         let name = format!("'{noun}_{}'", k + 1);
         write_solid(out, solid, &name, ids, decimals)?;
         if has_extras(options.schema) {
@@ -85,9 +100,9 @@ pub(super) fn write_solids(out: &mut (impl Write + Send), model: &Model, numbers
     Ok(())
 }
 
-/// How reals of this model are rounded.
-pub(super) fn decimals(model: &Model, options: &StepOptions) -> Decimals {
-    let radii = model.solids.iter().flat_map(|solid| &solid.circles).map(|circle| circle.radius);
+/// How reals of these solids are rounded.
+pub(super) fn decimals(solids: &[Solid], options: &StepOptions) -> Decimals {
+    let radii = solids.iter().flat_map(|solid| &solid.circles).map(|circle| circle.radius);
     Decimals::new(options.digits, radii.fold([f64::INFINITY, 0.0], |[least, largest], r| [least.min(r), largest.max(r)]))
 }
 
@@ -97,7 +112,7 @@ pub(super) fn has_extras(schema: Schema) -> bool {
 }
 
 /// Numbers must be finite: Part 21 has no token for others.
-pub(super) fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Result<(), StepError> {
+pub(super) fn check(solids: &[Solid], facts: &Facts, options: &StepOptions) -> Result<(), StepError> {
     let m = &facts.measure;
     if !(m.volume.is_finite() && m.area.is_finite() && m.centroid.is_finite() && facts.gap_mm.is_finite()) {
         return Err(StepError::FactsNotFinite);
@@ -108,7 +123,7 @@ pub(super) fn check(model: &Model, facts: &Facts, options: &StepOptions) -> Resu
     if !options.colour.iter().all(|c| (0.0..=1.0).contains(c)) {
         return Err(StepError::Colour(options.colour));
     }
-    match model.solids.iter().position(|s| !s.is_finite()) {
+    match solids.iter().position(|s| !s.is_finite()) {
         Some(solid) => Err(StepError::NotFinite { solid }),
         None => Ok(()),
     }
@@ -162,7 +177,10 @@ pub(super) fn preamble(kind: &str, items: &str, numbers: &[Numbers], facts: &Fac
     if has_extras(options.schema) {
         let [red, green, blue] = options.colour.map(real);
         let styled: Vec<String> = numbers.iter().map(|n| format!("#{}", n.styled)).collect();
-        text += &fill(include_str!("../../step_templates/appearance.txt"), &[("styled", &styled.join(",")), ("red", &red), ("green", &green), ("blue", &blue)]);
+        let values = [("styled", &styled.join(",")[..]), ("red", &red), ("green", &green), ("blue", &blue)];
+        if !styled.is_empty() {
+            text += &fill(include_str!("../../step_templates/appearance.txt"), &values);
+        }
         let m = &facts.measure;
         text += &fill(
             include_str!("../../step_templates/validation.txt"),
