@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use lattice_brep::graph::catalogue::{Cell, generate};
-use lattice_brep::graph::components::{ComponentId, ComponentSize, components};
+use lattice_brep::graph::components::{ComponentId, ComponentSize, apart, components};
 use lattice_brep::graph::{Graph, Strut};
 use lattice_brep::ids::{NodeId, StrutId};
 
@@ -37,4 +37,14 @@ fn members_are_listed_by_part_in_ascending_order() {
     assert_eq!(found.len(), 2);
     assert_eq!((&found[0].nodes[..], &found[0].struts[..]), (&[NodeId(1), NodeId(2), NodeId(5)][..], &[StrutId(0), StrutId(2)][..]));
     assert_eq!((&found[1].nodes[..], &found[1].struts[..]), (&[NodeId(0), NodeId(4)][..], &[StrutId(1)][..]));
+}
+
+#[test]
+fn struts_between_groups_do_not_connect_and_are_in_both_parts() {
+    // a ring of four in two groups, and a node without struts
+    let found = apart(&graph(5, &[(0, 1), (1, 2), (2, 3), (3, 0)]), &[1, 1, 0, 0, 0]);
+    let listed: Vec<(Vec<u32>, Vec<u32>)> = found.iter().map(|m| (m.nodes.iter().map(|n| n.0).collect(), m.struts.iter().map(|s| s.0).collect())).collect();
+    assert_eq!(listed, [(vec![2, 3], vec![1, 2, 3]), (vec![0, 1], vec![0, 1, 3])]);
+    // a chain whose ends are in one group is three parts
+    assert_eq!(apart(&graph(3, &[(0, 1), (1, 2)]), &[0, 1, 0]).len(), 3);
 }

@@ -12,7 +12,7 @@ use glam::DVec3;
 use std::fmt;
 use std::sync::Arc;
 
-/// All solids of a lattice, in the order of their smallest node.
+/// All solids of a lattice, in the order of their smallest node; of blocks, block by block.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     pub solids: Vec<Solid>,
