@@ -60,7 +60,7 @@ fn where_the_ball_leads_to_no_skin_the_node_is_faired() {
     assert_eq!(built.rung, Rung::NoBall);
     assert!(built.reasons.len() == 1 && built.reasons[0].starts_with("soap film: "), "{:?}", built.reasons);
     assert_smooth(&built.skin);
-    let usual = build(axes, &Options::default());
+    let usual = build(axes, &Options { fairing: Fairing::Ray, ..Options::default() });
     assert_eq!((usual.rung, format!("{:?}", usual.skin)), (Rung::SoapFilm, format!("{:?}", built.skin)));
 }
 

@@ -61,8 +61,10 @@ pub enum Method {
 /// How the film is faired (section 3.3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Fairing {
-    /// Each vertex stays on its ray from the node; cotangent weights.
+    /// As `Ray`, from where a small ball leaves the valleys (`fair::FILL`).
     #[default]
+    Filled,
+    /// Each vertex stays on its ray from the node; cotangent weights.
     Ray,
     /// As printed in the paper: uniform weights, vertices free in space. It folds on many nodes.
     Paper,
