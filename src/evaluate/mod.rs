@@ -182,7 +182,7 @@ impl Evaluation {
             return Ok((savio::film(star, &Cells::new(star)?), None));
         };
         let film = |cells: Cells| -> Result<(Facets, Film), String> {
-            let mut control = film::control_mesh(star, &cells);
+            let mut control = film::mesh_for(star, &cells, fairing.unwrap_or(Fairing::Ray));
             let rows = rows(&control);
             control.free = rows.iter().map(|&row| row >= fixed_rows).collect();
             if let Some(fairing) = fairing {

@@ -83,7 +83,7 @@ impl Film {
     pub fn of_cells(star: Star, cells: Cells, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let shape = match method {
             Method::SoapFilm => {
-                let mut control = film::control_mesh(&star, &cells);
+                let mut control = film::mesh_for(&star, &cells, fairing);
                 fair::fair(&mut control, &star, fairing, fair::HOLD)?;
                 Shape::Soap(refine::refine(&control, &star, levels))
             }
