@@ -20,11 +20,11 @@ use glam::DVec3;
 /// half-space) loses 2.35 r³ of the union of its struts, at 2 it loses 1.1; the distance between patches and film is the same.
 pub const HOLD: f64 = 2.0;
 
-/// The ball of `Fairing::Filled`, node radii, and its hold. Measured on the nodes of `evaluate nodes` and of a tet lattice (docs/method/fairing.md): balls of 0.1 to
-/// 0.2 and holds of 8 to 64 differ little; with more ball or less hold the icosahedral node lies farther from the struts' union than a quarter of the
-/// paper's.
-pub const FILL: f64 = 0.175;
-pub const FILLED_HOLD: f64 = 12.0;
+/// The ball of `Fairing::Filled`, node radii, and its hold. Measured on the nodes of `evaluate nodes` and of a tet lattice: balls of 0.1 to 0.2 and holds of 2 to
+/// 64 lie on one curve of distance against fairness; with more ball or less hold the icosahedral node's Avg comes over a quarter of the paper's, or the
+/// cuboctahedral node's Max over half of it (docs/decisions/0010-filled-films.md).
+pub const FILL: f64 = 0.185;
+pub const FILLED_HOLD: f64 = 24.0;
 
 /// Fair a control mesh in place; only its free vertices move. `hold`: `HOLD`, or another for `Fairing::Ray`, where less is smoother.
 pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<(), String> {
