@@ -1,7 +1,7 @@
 //! The ladder: how one node is built, and what is tried next when a node's checks fail. No rung is taken silently.
 //!
-//! Soap film ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused. Where a rolling ball was asked for: soap film with the ball ▶
-//! the same list without it.
+//! Soap film with valleys filled by a ball ▶ soap film without a ball ▶ level-set film ▶ level-set film with more control points ▶ sharp ▶ refused.
+//! With the paper's fairing there is no ball.
 
 use crate::node::cells::{LEAST_SNAP, SNAP};
 use crate::node::{Cells, Fairing, Film, Method, Star};
@@ -43,7 +43,7 @@ pub enum Rung {
     /// A degree-1 end: no skin.
     End,
     SoapFilm,
-    /// A soap film without the rolling ball that was asked for.
+    /// A soap film faired without a ball in the valleys.
     NoBall,
     LevelSet,
     MoreControl,
@@ -86,15 +86,13 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
         Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
         Err(e) => reasons.push(format!("soap film: {e}")),
     }
-    let mut fairing = options.fairing;
-    if options.blend().is_some() {
-        fairing = Fairing::Ray;
-        match soap(fairing) {
+    if options.fairing != Fairing::Paper && options.fairing != Fairing::Ray {
+        match soap(Fairing::Ray) {
             Ok(fitted) => return Ok(built(fitted, Rung::NoBall, reasons)),
             Err(e) => reasons.push(format!("soap film without a ball: {e}")),
         }
     }
-    let film = |cells, method| film(cells, method, fairing);
+    let film = |cells, method| film(cells, method, Fairing::Ray);
     for (rung, tables) in [(Rung::LevelSet, &degrees.usual), (Rung::MoreControl, &degrees.more)] {
         let level_set = |cells, lay: Lay| film(cells, Method::LevelSet).and_then(|film| patch::fit_on(&lay(&star, &film.cells)?, &film, tables));
         match in_turn(&star, level_set) {

@@ -65,7 +65,7 @@ impl Default for Options {
             on_conflict: OnConflict::Refuse,
             overlaps: Overlaps::Refuse,
             levels: 3,
-            fairing: Fairing::Ray,
+            fairing: Fairing::Filled,
             tolerance: 0.05,
             caps: Caps::Flat,
             divide: Divide::Not,

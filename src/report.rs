@@ -122,7 +122,7 @@ pub struct Quality {
 pub struct Rungs {
     /// Soap film, exactly tangent-continuous patches.
     pub soap_film: usize,
-    /// As those, where the rolling ball that was asked for (`--blend`) leads to no skin: faired as without it.
+    /// As those, where the ball that fills the valleys (that of `--blend`, or the usual small one) leads to no skin: faired without a ball.
     pub no_ball: Vec<Lowered>,
     /// Level-set film, exactly tangent-continuous patches.
     pub level_set: Vec<Lowered>,

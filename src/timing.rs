@@ -38,7 +38,7 @@ pub fn nodes(graph: &Graph, options: &Options, runs: u32) -> Result<Vec<NodeTime
 
 fn smoothing(star: &Star, options: &Options, runs: u32) -> Option<f64> {
     let cells = Cells::joined(star, SNAP).ok()?;
-    let control = film::control_mesh(star, &cells);
+    let control = film::mesh_for(star, &cells, options.fairing);
     let mut meshes = vec![control; runs as usize]; // copied before the clock runs
     let (faired, time) = least(runs, || fair::fair(&mut meshes.pop().expect("one a run"), star, options.fairing, fair::HOLD));
     faired.ok().map(|()| time)

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use glam::DVec3;
-use lattice_brep::node::film::{Control, FIXED_ROWS, LAYERS, STEP, columns, control_mesh};
+use lattice_brep::node::film::{Control, FIXED_ROWS, LAYERS, STEP, columns, control_mesh, narrower};
 use lattice_brep::node::{Cells, Star};
 use std::collections::BTreeSet;
 
@@ -93,8 +93,8 @@ fn rim_vertices_are_on_their_circles_in_the_strut_s_own_frame() {
 #[test]
 fn columns_hold_the_crest_and_are_never_wider_than_the_step() {
     for (name, axes) in all_nodes() {
-        for side in &Cells::new(&star(axes)).unwrap().sides {
-            let phis = columns(side);
+        for (side, columns) in Cells::new(&star(axes)).unwrap().sides.iter().flat_map(|side| [(side, columns(side)), (side, narrower(side))]) {
+            let phis = columns;
             assert_eq!([phis[0], phis[phis.len() - 1]], side.phi, "{name}");
             assert!(phis.windows(2).all(|w| w[1] > w[0] && w[1] - w[0] < STEP + 1e-12), "{name}: {phis:?}");
             let [a, b] = side.phi;
@@ -102,6 +102,19 @@ fn columns_hold_the_crest_and_are_never_wider_than_the_step() {
                 assert!(phis.contains(&0.0), "{name}: the crest is missing in {phis:?}");
             }
         }
+    }
+}
+
+/// Struts 90° apart have the usual columns; 20° apart, steps of 30° times 2 tan 10°.
+#[test]
+fn steep_creases_have_narrower_columns() {
+    assert!(Cells::new(&star(octahedron())).unwrap().sides.iter().all(|s| narrower(s) == columns(s)));
+    let pair = vec![DVec3::X, DVec3::new(20f64.to_radians().cos(), 20f64.to_radians().sin(), 0.0), DVec3::NEG_X];
+    let cells = Cells::new(&star(pair)).unwrap();
+    let step = STEP * 2.0 * 10f64.to_radians().tan();
+    for side in cells.sides.iter().filter(|s| s.arms == [0, 1]) {
+        let widest = |phis: &[f64]| phis.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+        assert!(widest(&columns(side)) > step && widest(&narrower(side)) < step + 1e-9, "{step}");
     }
 }
 

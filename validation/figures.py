@@ -117,7 +117,7 @@ def median(nodes: list[dict], reading: int, figure) -> float:
 
 def curve(figures: dict) -> list[tuple[float, float, float]]:
     """(hold, Avg, 99 % of |H|) of the patches, median over the nodes, from smooth to close."""
-    rows = [(2.0 if name == "ours" else float(name.split()[1]), k) for k, name in enumerate(figures["readings"]) if name == "ours" or name.startswith("hold")]
+    rows = [(float(name.split()[1]), k) for k, name in enumerate(figures["readings"]) if name.startswith("hold")]
     pick = lambda k, figure: median(figures["nodes"], k, figure)  # noqa: E731
     return [(hold, pick(k, lambda p: p["deviation"]["avg"]), pick(k, lambda p: p["usual_mean_curvature"])) for hold, k in sorted(rows)]
 
@@ -162,7 +162,7 @@ def trade(files: list[str]) -> int:
             draw.ellipse(big((x - size, y - size), (x + size, y + size)), fill=LINES[name])
         draw.line(big((right + 14, top + 14 + 24 * k), (right + 34, top + 14 + 24 * k)), fill=LINES[name], width=3 * SUPER)
         draw.text(big((right + 42, top + 14 + 24 * k))[0], name, fill=INK, font=font, anchor="lm")
-    draw.text(big((right + 14, top + 30 + 24 * len(curves)))[0], "large dots: hold 2,\nwhat export builds", fill=INK, font=font)
+    draw.text(big((right + 14, top + 30 + 24 * len(curves)))[0], "large dots: hold 2", fill=INK, font=font)
     save(image.resize((width, high), Image.Resampling.LANCZOS), "evaluation-trade.png")
     print("| set | " + " | ".join(f"{hold:g}" for hold, _, _ in next(iter(curves.values()))) + " |")
     for name, points in curves.items():

@@ -55,7 +55,7 @@ pub struct ExportArgs {
     /// Distance wanted between patches and film, in strut radii; nodes that miss it get more control points
     #[arg(long, default_value_t = 0.05)]
     tolerance: f64,
-    /// How films are faired: `ray` keeps vertices on their rays; `paper` is the paper's own, which folds more often
+    /// How films are faired: `ray` fills valleys by a small ball and keeps vertices on their rays; `paper` is the paper's own, which folds more often
     #[arg(long, value_enum, default_value_t = FairingArg::Ray)]
     fairing: FairingArg,
     /// Radius of the ball that rolls along the valleys between struts and fills them, in strut radii: 0 to 0.36. 0 stays as near to the struts'
@@ -359,7 +359,7 @@ fn options(args: &ExportArgs) -> Result<Options, Error> {
         levels: args.levels,
         fairing: match (args.blend, args.fairing) {
             (Some(ball), _) => Fairing::Ball(ball),
-            (None, FairingArg::Ray) => Fairing::Ray,
+            (None, FairingArg::Ray) => Fairing::Filled,
             (None, FairingArg::Paper) => Fairing::Paper,
         },
         tolerance: args.tolerance,
@@ -412,7 +412,7 @@ fn summary(report: &Report, path: &std::path::Path) -> String {
         q.inner_jump_deg.value, q.rim_jump_deg.value, q.gap_mm.value, q.deviation_radii.value, q.deviation_radii.place
     );
     for (list, what) in [
-        (&r.no_ball, "without the ball of --blend"),
+        (&r.no_ball, "without a ball in the valleys"),
         (&r.level_set, "from the level-set film"),
         (&r.more_control, "from the level-set film with more control points"),
         (&r.sharp, "SHARP inside (tangent to their struts only)"),

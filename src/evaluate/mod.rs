@@ -44,13 +44,13 @@ impl Reading {
         Reading { name, film: How::Soap { fairing, fixed_rows, hold: HOLD } }
     }
 
-    /// Our film with another hold.
+    /// A film on rays, without a ball, with this hold.
     const fn held(name: &'static str, hold: f64) -> Reading {
         Reading { name, film: How::Soap { fairing: Some(Fairing::Ray), fixed_rows: FIXED_ROWS, hold } }
     }
 
     /// What we build.
-    pub const OURS: Reading = Reading::new("ours", Some(Fairing::Ray), FIXED_ROWS);
+    pub const OURS: Reading = Reading::new("ours", Some(Fairing::Filled), FIXED_ROWS);
 
     pub const SAVIO: Reading = Reading { name: "Savio", film: How::Savio };
 
@@ -71,10 +71,11 @@ impl Reading {
         Reading::new(name, Some(Fairing::Ball(ball)), FIXED_ROWS)
     }
 
-    /// Deviation against fairness: our film from smooth to close (it lies between, at 2), and valleys filled from little to much.
-    pub const TRADE: [Reading; 12] = [
+    /// Deviation against fairness: films on rays from smooth to close, and valleys filled from little to much.
+    pub const TRADE: [Reading; 13] = [
         Reading::held("hold 0", 0.0),
         Reading::held("hold 1", 1.0),
+        Reading::held("hold 2", 2.0),
         Reading::held("hold 4", 4.0),
         Reading::held("hold 8", 8.0),
         Reading::held("hold 16", 16.0),
@@ -181,7 +182,7 @@ impl Evaluation {
             return Ok((savio::film(star, &Cells::new(star)?), None));
         };
         let film = |cells: Cells| -> Result<(Facets, Film), String> {
-            let mut control = film::control_mesh(star, &cells);
+            let mut control = film::mesh_for(star, &cells, fairing.unwrap_or(Fairing::Ray));
             let rows = rows(&control);
             control.free = rows.iter().map(|&row| row >= fixed_rows).collect();
             if let Some(fairing) = fairing {

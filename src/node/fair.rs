@@ -1,14 +1,16 @@
 //! Film smoothing by a second-order Laplacian. Luo & Zou 2025, section 3.3.2, equation 2 applied twice.
 //!
-//! Two ways, and a third without it (`Fairing::Ball`). `Fairing::Paper`: `L² V = 0` at the free vertices with uniform weights, as printed; the vertices move in
-//! space, and on most irregular nodes the result folds. `Fairing::Ray` (default): each free vertex keeps its ray
+//! Three ways, and a fourth without it (`Fairing::Ball`). `Fairing::Paper`: `L² V = 0` at the free vertices with uniform weights, as printed; the vertices move in
+//! space, and on most irregular nodes the result folds. `Fairing::Ray`: each free vertex keeps its ray
 //! from the node, `V_i = t_i u_i`, and `Σ |(L V)_i|²`, with cotangent weights, is least over the t_i; a small term (`HOLD`)
 //! keeps wide faces without struts from sinking far into the node. One unknown a vertex, one SPD system, and a control mesh that stays star-shaped as long as all t_i > 0, which is checked.
+//! `Fairing::Filled` (default): the same from where a ball leaves the valleys (`rolling`), L too; the sharp creases of the struts' union make a poor L, whose
+//! film ripples where the rows stop being fixed.
 
 use crate::math::sparse::Symmetric;
 use crate::node::Fairing;
 use crate::node::film::Control;
-use crate::node::rolling;
+use crate::node::rolling::{self, Rolling};
 use crate::node::star::Star;
 use faer::Mat;
 use glam::DVec3;
@@ -17,6 +19,12 @@ use glam::DVec3;
 /// its Laplacian by 2/r. Measured on 12 random nodes of degree 3 to 20: without it the worst (degree 4, all struts in a
 /// half-space) loses 2.35 r³ of the union of its struts, at 2 it loses 1.1; the distance between patches and film is the same.
 pub const HOLD: f64 = 2.0;
+
+/// The ball of `Fairing::Filled`, node radii, and its hold. Measured on the nodes of `evaluate nodes` and of a tet lattice: balls of 0.1 to 0.2 and holds of 2 to
+/// 64 lie on one curve of distance against fairness; with more ball or less hold the icosahedral node's Avg comes over a quarter of the paper's, or the
+/// cuboctahedral node's Max over half of it (docs/decisions/0010-filled-films.md).
+pub const FILL: f64 = 0.185;
+pub const FILLED_HOLD: f64 = 24.0;
 
 /// Fair a control mesh in place; only its free vertices move. `hold`: `HOLD`, or another for `Fairing::Ray`, where less is smoother.
 pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<(), String> {
@@ -32,6 +40,11 @@ pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<
         return Ok(());
     }
     match how {
+        Fairing::Filled => {
+            roll(mesh, star, FILL);
+            let laplacian = cotangent(mesh);
+            along_rays(mesh, &laplacian, &slot, count, FILLED_HOLD)
+        }
         Fairing::Ray => {
             let laplacian = cotangent(mesh);
             along_rays(mesh, &laplacian, &slot, count, hold)
@@ -50,12 +63,12 @@ pub fn fair(mesh: &mut Control, star: &Star, how: Fairing, hold: f64) -> Result<
 /// All but the rims and their 1-ring to where the ball leaves them: the filling may begin before the rows that are free otherwise.
 /// A smaller ball where cuts are too short.
 fn roll(mesh: &mut Control, star: &Star, ball: f64) {
-    let ball = ball.min(rolling::most(star));
+    let mut rolling = Rolling::new(star, ball.min(rolling::most(star)));
     let mut done = vec![false; mesh.points.len()];
     for &v in mesh.rows.iter().flat_map(|rows| rows[2..].iter().flatten()) {
         if !std::mem::replace(&mut done[v as usize], true) {
             let u = mesh.points[v as usize].normalize();
-            mesh.points[v as usize] = rolling::distance(star, u, ball) * u;
+            mesh.points[v as usize] = rolling.distance(u) * u;
         }
     }
 }

@@ -7,9 +7,10 @@
 //! behind the node (without that, half-space nodes spike).
 //!
 //! Differs from the paper: where the crease is not monotonic (azimuth 0 inside the side) its top is always a column;
-//! the other points are inserted by even azimuth steps of at most `STEP`, which for a quarter turn are the paper's
-//! three points. The diagonals, which the paper leaves open, all run one way, so inner vertices have valence 6.
+//! the other points are inserted by even azimuth steps of at most `STEP` (less on the steep creases of close struts: `narrower`), which for a quarter turn
+//! are the paper's three points. The diagonals, which the paper leaves open, all run one way, so inner vertices have valence 6.
 
+use crate::node::Fairing;
 use crate::node::cells::{Cells, Side};
 use crate::node::mesh::{Rim, Triangles};
 use crate::node::star::Star;
@@ -17,6 +18,10 @@ use glam::DVec3;
 
 /// Widest azimuth step between columns, radians. The paper's three points on a 90° side give 22.5°.
 pub const STEP: f64 = 30.0 * std::f64::consts::PI / 180.0;
+
+/// For `Fairing::Filled`, creases that rise more steeply, as cot(theta/2) of the angle theta between their struts (53°), have narrower steps in proportion, at
+/// least a quarter of `STEP`: points then lie as near to each other along the crease. Without it the refined film ripples along the creases of close struts.
+const STEEP: f64 = 2.0;
 
 /// Widths of a whole number of steps, as in cubic lattices, are not to be told apart by round-off.
 const TIE: f64 = 1e-6;
@@ -44,13 +49,22 @@ pub struct Control {
 
 /// Azimuths of a side's columns, ends included.
 pub fn columns(side: &Side) -> Vec<f64> {
+    spread(side, STEP)
+}
+
+/// The same, narrower on steep creases (`STEEP`).
+pub fn narrower(side: &Side) -> Vec<f64> {
+    spread(side, STEP * (STEEP * (0.5 * side.frame.theta).tan()).clamp(0.25, 1.0))
+}
+
+fn spread(side: &Side, step: f64) -> Vec<f64> {
     let [a, b] = side.phi;
     let margin = 0.15 * (b - a);
     let stops = if a + margin < 0.0 && 0.0 < b - margin { vec![a, 0.0, b] } else { vec![a, b] };
     let mut phis = vec![a];
     for w in stops.windows(2) {
         let width = w[1] - w[0];
-        let parts = if width < 0.25 * STEP { 1 } else { (width / STEP - TIE).ceil().max(2.0) as usize };
+        let parts = if width < 0.25 * step { 1 } else { (width / step - TIE).ceil().max(2.0) as usize };
         for k in 1..=parts {
             phis.push(if k == parts { w[1] } else { w[0] + width * k as f64 / parts as f64 });
         }
@@ -61,6 +75,11 @@ pub fn columns(side: &Side) -> Vec<f64> {
 /// Build the control mesh of a node.
 pub fn control_mesh(star: &Star, cells: &Cells) -> Control {
     mesh(star, cells, LAYERS, columns)
+}
+
+/// The control mesh that is faired so.
+pub fn mesh_for(star: &Star, cells: &Cells, fairing: Fairing) -> Control {
+    mesh(star, cells, LAYERS, if fairing == Fairing::Filled { narrower } else { columns })
 }
 
 /// A control mesh of so many rows of quads between rim and cell side, with the columns at these azimuths of a side, its ends included.

@@ -61,8 +61,10 @@ pub enum Method {
 /// How the film is faired (section 3.3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Fairing {
-    /// Each vertex stays on its ray from the node; cotangent weights.
+    /// As `Ray`, from where a small ball leaves the valleys (`fair::FILL`).
     #[default]
+    Filled,
+    /// Each vertex stays on its ray from the node; cotangent weights.
     Ray,
     /// As printed in the paper: uniform weights, vertices free in space. It folds on many nodes.
     Paper,
@@ -81,7 +83,7 @@ impl Film {
     pub fn of_cells(star: Star, cells: Cells, method: Method, fairing: Fairing, levels: u32) -> Result<Film, String> {
         let shape = match method {
             Method::SoapFilm => {
-                let mut control = film::control_mesh(&star, &cells);
+                let mut control = film::mesh_for(&star, &cells, fairing);
                 fair::fair(&mut control, &star, fairing, fair::HOLD)?;
                 Shape::Soap(refine::refine(&control, &star, levels))
             }

@@ -41,7 +41,10 @@ impl Outcome {
                 let r = &report.rungs;
                 let lowered = [(&r.sharp, "sharp"), (&r.more_control, "more control"), (&r.level_set, "level set")];
                 let kinds = lowered.iter().flat_map(|(list, rung)| list.iter().map(move |l| format!("{rung}: {}", kind(&l.reasons[0]))));
-                let column = lowered.iter().find(|(list, _)| !list.is_empty()).map_or(if r.soap_film > 0 { "first rung" } else { "ends" }, |l| l.1);
+                let column = lowered
+                    .iter()
+                    .find(|(list, _)| !list.is_empty())
+                    .map_or(if r.soap_film > 0 || !r.no_ball.is_empty() { "first rung" } else { "ends" }, |l| l.1);
                 (column, kinds.collect())
             }
             Outcome::Refused(Error::BadInput(faults)) => ("bad input", faults.iter().take(1).map(|f| kind(&f.to_string())).collect()),

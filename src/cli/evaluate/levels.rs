@@ -40,7 +40,7 @@ impl LevelsArgs {
                 let (mut film, mut least) = (None, f64::INFINITY);
                 for _ in 0..self.runs {
                     let start = Instant::now();
-                    film = Some(Film::build(star.clone(), Method::SoapFilm, Fairing::Ray, levels).map_err(Error::Internal)?.shape);
+                    film = Some(Film::build(star.clone(), Method::SoapFilm, Fairing::Filled, levels).map_err(Error::Internal)?.shape);
                     least = least.min(start.elapsed().as_secs_f64());
                 }
                 let Some(Shape::Soap(mesh)) = film else { unreachable!("at least one run, of the soap film") };
