@@ -6,7 +6,7 @@ use lattice_brep::graph::check::{Overlaps, admit};
 use lattice_brep::graph::{Input, Strut};
 use lattice_brep::ids::{NodeId, StrutId};
 use lattice_brep::inspect::{Inspection, inspect};
-use lattice_brep::options::Options;
+use lattice_brep::options::{Divide, Options};
 use lattice_brep::pipeline::{self, Silent};
 use lattice_brep::report::{Counts, Report};
 use std::f64::consts::PI;
@@ -58,8 +58,8 @@ fn a_row_is_one_cylinder() {
     assert_eq!(report.changes.len(), 1);
     let ball = exported(&input, &Options { caps: Caps::Sphere, ..Options::default() });
     assert!((ball.volume_mm3 / (PI * 0.25 * 24.0 + PI / 6.0) - 1.0).abs() < 1e-12, "{}", ball.volume_mm3);
-    let parts = exported(&input, &Options { assembly: true, ..Options::default() });
-    assert_eq!((parts.instances, count(&parts.counts)), (2, [2, 4, 2, 0, 0, 4]));
+    let parts = exported(&input, &Options { divide: Divide::Nodes, ..Options::default() });
+    assert_eq!((parts.instances, count(&parts.counts)), (2, [2, 2, 2, 0, 0, 4]));
     assert_eq!((look(&input).repairs.straight_nodes, look(&input).estimate.faces), (5, 3));
 }
 
