@@ -23,11 +23,15 @@
 use crate::patch::layout::{Crease, Layout, Radial};
 use glam::{DVec2, DVec3};
 
-/// Largest speed l in units of the height left between the crease and the rim: below 2 the base profile is monotone.
-/// At 1.37 sectors 120° wide stay whole (24 patches at nodes of BCC, 12 of diamond); at 1.35 they are split (48 and 24). More is worse: at the rim columns have
-/// 3 - 2 l of the mean descent left, so that curvature jumps there (cubic node: 2.5/r at 1.37, 8/r at 1.5), and more sectors fail (tet lattice of 12,550 struts:
-/// at 1.75 11 % more patches than at 1.45).
+/// Largest speed l in units of the height left between the crease and the rim: below 2 the base profile is monotone. With it sectors 120° wide stay whole
+/// (24 patches at nodes of BCC, 12 of diamond). More is worse: at the rim columns have 3 - 2 l of the mean descent left, so that curvature jumps there (cubic node:
+/// 2.5/r at 1.37, 8/r at 1.5), and more sectors fail (tet lattice of 12,550 struts: at 1.75 11 % more patches than at 1.45).
 pub const MOST_SPEED: f64 = 1.37;
+
+/// The same beside creases that rise more steeply, as cot(theta/2) of the angle theta between their struts (53°): sectors wider than about 110° are split there.
+/// Reason: one patch ripples (dodecahedral node, 42°: variation of curvature 1.2e7 / r² on whole sectors of 120°, 4.4e4 on their halves).
+pub const STEEP: f64 = 2.0;
+pub const MOST_SPEED_STEEP: f64 = 1.35;
 
 /// The map must keep at least this part of its mean descent everywhere.
 const LEAST_DESCENT: f64 = 0.1;
