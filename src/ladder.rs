@@ -82,11 +82,12 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
         let build = |cells, lay: Lay| film(cells, Method::SoapFilm, fairing).and_then(|film| by_degree(&lay(&star, &film.cells)?, &film, options, degrees));
         in_turn(&star, build)
     };
-    match soap(options.fairing) {
+    let fairing = options.fairing.at(&star);
+    match soap(fairing) {
         Ok(fitted) => return Ok(built(fitted, Rung::SoapFilm, reasons)),
         Err(e) => reasons.push(format!("soap film: {e}")),
     }
-    if options.fairing != Fairing::Paper && options.fairing != Fairing::Ray {
+    if fairing != Fairing::Paper && fairing != Fairing::Ray {
         match soap(Fairing::Ray) {
             Ok(fitted) => return Ok(built(fitted, Rung::NoBall, reasons)),
             Err(e) => reasons.push(format!("soap film without a ball: {e}")),

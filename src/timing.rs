@@ -38,9 +38,10 @@ pub fn nodes(graph: &Graph, options: &Options, runs: u32) -> Result<Vec<NodeTime
 
 fn smoothing(star: &Star, options: &Options, runs: u32) -> Option<f64> {
     let cells = Cells::joined(star, SNAP).ok()?;
-    let control = film::mesh_for(star, &cells, options.fairing);
+    let fairing = options.fairing.at(star);
+    let control = film::mesh_for(star, &cells, fairing);
     let mut meshes = vec![control; runs as usize]; // copied before the clock runs
-    let (faired, time) = least(runs, || fair::fair(&mut meshes.pop().expect("one a run"), star, options.fairing, fair::HOLD));
+    let (faired, time) = least(runs, || fair::fair(&mut meshes.pop().expect("one a run"), star, fairing, fair::HOLD));
     faired.ok().map(|()| time)
 }
 
