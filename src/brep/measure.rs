@@ -10,7 +10,7 @@ use super::model::{Circle, Solid, Surface};
 use crate::graph::End;
 use crate::math::gauss;
 use crate::math::nurbs::{NurbsSurface, Table, breaks};
-use crate::math::{Loops, combine_all, vectorised};
+use crate::math::{Loops, combine_all, room, vectorised};
 use crate::patch::Shelved;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -178,12 +178,6 @@ struct Scratch {
     at: Vec<f64>,
     mirrored: Vec<f64>,
     factors: Vec<f64>,
-}
-
-/// The first n numbers, whatever they are: at least so many.
-fn room(x: &mut Vec<f64>, n: usize) -> &mut [f64] {
-    x.resize(x.len().max(n), 0.0);
-    &mut x[..n]
 }
 
 impl Rules {

@@ -72,6 +72,12 @@ pub fn axpy2(y: &mut [f64], [f, g]: [f64; 2], [x, z]: [&[f64]; 2]) {
     y_rest.iter_mut().zip(x_rest.iter().zip(z_rest)).for_each(|(y, (x, z))| *y = (*y + f * x) + g * z);
 }
 
+/// The first n numbers of a buffer that is used again, whatever they are; it grows where it is shorter.
+pub fn room(x: &mut Vec<f64>, n: usize) -> &mut [f64] {
+    x.resize(x.len().max(n), 0.0);
+    &mut x[..n]
+}
+
 /// Sum of rows, each times a factor: `entries` are (row, factor), rows `line` long. All lengths are padded.
 #[inline(always)]
 pub fn combine(out: &mut [f64], entries: &[(usize, f64)], rows: &[f64], line: usize) {

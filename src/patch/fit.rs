@@ -11,7 +11,7 @@
 use crate::math::bernstein::{Interpolation, basis};
 use crate::math::gauss;
 use crate::math::sparse::Blocks;
-use crate::math::{Loops, axpy, axpy2, combine, combine_all, padded, vectorised};
+use crate::math::{Loops, axpy, axpy2, combine, combine_all, padded, room, vectorised};
 use crate::patch::forms::{CreaseForms, Form, JET, RadialForms, Tables};
 use crate::patch::layout::Layout;
 use crate::patch::map::SectorMap;
@@ -592,10 +592,4 @@ struct Scratch {
     turned: Vec<f64>,
     product: Vec<f64>,
     normal: Vec<f64>,
-}
-
-/// The first n numbers, whatever they are: at least so many.
-fn room(x: &mut Vec<f64>, n: usize) -> &mut [f64] {
-    x.resize(x.len().max(n), 0.0);
-    &mut x[..n]
 }
