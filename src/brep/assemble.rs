@@ -312,18 +312,6 @@ impl Builder<'_> {
             [None, None] => side * seam.azimuth.cos() + axis.cross(side) * seam.azimuth.sin(),
         };
         let x = x.reject_from_normalized(axis).normalize();
-        let rims = [End::A, End::B].map(|end| {
-            let e = end as usize;
-            // The frame's own x keeps away from vertices: the middle of the first arc.
-            let middle = match vertices[e][..] {
-                [] => x,
-                [first, ..] => {
-                    let second = vertices[e][1 % vertices[e].len()];
-                    arc_middle(outward_sign(end) * axis, [first, second].map(|v| v.from_center))
-                }
-            };
-            Circle { center: centers[e], axis, x: middle, radius: radii[e] }
-        });
         let ends = [End::A, End::B].map(|end| {
             let e = end as usize;
             let closed = vertices[e].is_empty();
@@ -331,6 +319,14 @@ impl Builder<'_> {
                 Some(k) => PlacedEnd { vertex: Some(vertices[e][k].number), point: vertices[e][k].place, split: None, closed },
                 None => PlacedEnd { vertex: None, point: centers[e] + radii[e] * x, split: arc_at(&azimuths[e], seam, end), closed },
             }
+        });
+        let rims = [End::A, End::B].map(|end| {
+            let e = end as usize;
+            // The frame's own x keeps away from vertices: the middle of the first arc, or of the second if the seam splits the first.
+            let arc = |k: usize| [k, k + 1].map(|k| vertices[e][k % vertices[e].len()].from_center);
+            let first = (ends[e].split == Some(0)) as usize;
+            let x = if ends[e].closed { x } else { arc_middle(outward_sign(end) * axis, arc(first)) };
+            Circle { center: centers[e], axis, x, radius: radii[e] }
         });
         let s = &self.graph.struts()[strut.index()];
         Ok(Placed { seam: x, slope: (s.rb - s.ra) / self.graph.length(strut), rims, ends })
