@@ -25,7 +25,7 @@ pub fn rule(order: usize) -> Vec<(f64, f64)> {
 }
 
 /// Value and derivative of the Legendre polynomial of degree `n` at `x` in (-1, 1).
-fn legendre(n: usize, x: f64) -> (f64, f64) {
+pub fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut p0, mut p1) = (1.0, x);
     if n == 0 {
         return (1.0, 0.0);
