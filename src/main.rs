@@ -6,6 +6,9 @@ use clap::{Parser, Subcommand};
 use lattice_brep::error::Error;
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Most faults shown on the terminal; a report or the library lists them all.
 const MOST_FAULTS_SHOWN: usize = 50;
 
