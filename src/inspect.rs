@@ -18,9 +18,9 @@ use serde::Serialize;
 
 /// Struts without a common node are a near miss below this clearance, as a share of the sum of their radii. Guessed.
 const NEAR: f64 = 0.25;
-/// Patches per strut end, and per end of a node of degree 2. Measured: tetrahedra 5.5, octet and cubic, with four-fold corners of
-/// cells, 4 to 5, diamond and bcc 3 within a block; degree 2 has 8 in all.
-const PATCHES_PER_END: usize = 5;
+/// Patches per strut end, and per end of a node of degree 2. Measured: tetrahedra 5.6, diamond and bcc 6, octet and cubic, with
+/// four-fold corners of cells, 4 to 5; degree 2 has 8 in all.
+const PATCHES_PER_END: usize = 6;
 const PATCHES_PER_END_OF_TWO: usize = 4;
 /// Bytes of STEP text per face. Measured: 5,800 (cells of 10 mm) to 7,800 (12,550 struts of a tetrahedral mesh).
 const BYTES_PER_FACE: f64 = 7_000.0;
@@ -170,7 +170,7 @@ pub struct Verdict {
     pub reasons: Vec<String>,
 }
 
-/// Rough: faces and bytes to within a third (a half where all nodes are those of diamond), time by the machine.
+/// Rough: faces and bytes to within a third, time by the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     pub faces: usize,

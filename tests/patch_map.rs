@@ -316,8 +316,8 @@ fn sectors_of_known_nodes() {
     for (axes, want) in [(octahedron(), 24), (fcc(), 48), ([bcc(), octahedron()].concat(), 72), (icosahedron(), 60), (octahedron()[..4].to_vec(), 16)] {
         assert_eq!(layout("", axes).sectors.len(), want);
     }
-    // sides a third of a turn wide are halved where struts are close
-    for (axes, want) in [(bcc(), 24), (tetrahedron(), 12), (dodecahedron(), 120)] {
+    // sides a third of a turn wide are halved
+    for (axes, want) in [(bcc(), 48), (tetrahedron(), 24), (dodecahedron(), 120)] {
         assert_eq!(layout("", axes).sectors.len(), want);
     }
 }

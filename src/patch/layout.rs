@@ -285,7 +285,6 @@ impl Layout {
             let crease = &self.creases[sector.crease];
             let map = self.turned.then(|| map::SectorMap::new(self, index));
             let ends = [0, 1].map(|end| self.radials[sector.radials[end]].speed * self.crease_scale(sector, end));
-            let most = if crease.frame.height[0].max(crease.frame.height[1]) > map::STEEP { map::MOST_SPEED_STEEP } else { map::MOST_SPEED };
             for i in 1..STEPS {
                 let s = i as f64 / STEPS as f64;
                 let t = (1.0 - s) * crease.t[0] + s * crease.t[1];
@@ -294,7 +293,7 @@ impl Layout {
                     Some(map) => map.room(s),
                 };
                 let speed = (1.0 - s) * ends[0] + s * ends[1];
-                sector.radials.iter().for_each(|&r| factor[r] = factor[r].min(most * room / speed));
+                sector.radials.iter().for_each(|&r| factor[r] = factor[r].min(map::MOST_SPEED * room / speed));
             }
         }
         for (radial, f) in self.radials.iter_mut().zip(factor) {
