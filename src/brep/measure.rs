@@ -201,10 +201,12 @@ impl Rules {
 /// How many points in place of `count` bring the last coefficients, now this part of the area, below the limit.
 fn needed(count: usize, tail: f64) -> usize {
     let degree = (count - 2) as f64;
-    match tail {
-        _ if tail <= TAIL => count,
-        _ if tail < 0.5 => (3.0 + degree * TAIL.ln() / tail.ln()).ceil() as usize,
-        _ => 2 * count,
+    if tail <= TAIL {
+        count
+    } else if tail < 0.5 {
+        (3.0 + degree * TAIL.ln() / tail.ln()).ceil() as usize
+    } else {
+        2 * count
     }
 }
 

@@ -42,7 +42,7 @@ struct Crease {
 impl Original {
     /// Fails for struts of different radii or with taper.
     pub fn new(star: &Star) -> Result<Original, String> {
-        if !star.is_uniform() || star.tapers.iter().any(|&k| k != 0.0) {
+        if !star.is_of_equal_cylinders() {
             return Err("the distance to the original node is known for struts of one radius without taper only".into());
         }
         let axes = star.axes.clone();

@@ -76,8 +76,7 @@ impl Fairing {
     /// What a node gets: the usual small ball is for struts of equal radii. On others it also fills the edge between a thin strut and the node sphere of the
     /// thickest, which adds to the node where there is no valley.
     pub fn at(self, star: &Star) -> Fairing {
-        let uniform = star.radii.iter().all(|&r| r == star.radii[0]) && star.tapers.iter().all(|&k| k == 0.0);
-        if self == Fairing::Filled && !uniform { Fairing::Ray } else { self }
+        if self == Fairing::Filled && !star.is_of_equal_cylinders() { Fairing::Ray } else { self }
     }
 }
 

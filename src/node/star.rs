@@ -36,6 +36,11 @@ impl Star {
         self.radii.iter().all(|&r| r == self.radii[0])
     }
 
+    /// Whether all struts are cylinders of one radius.
+    pub fn is_of_equal_cylinders(&self) -> bool {
+        self.is_uniform() && self.tapers.iter().all(|&k| k == 0.0)
+    }
+
     /// Radius of a strut's end circle.
     pub fn rim_radius(&self, arm: usize) -> f64 {
         self.radii[arm] + self.tapers[arm] * self.cuts[arm]
