@@ -565,7 +565,7 @@ fn assemble(layout: &Layout, points: Vec<Vec<DVec3>>) -> Skin {
     let knots: Arc<[f64]> = [vec![0.0; N], vec![1.0; N]].concat().into();
     let (nc, nk, nr) = (layout.corners.len(), layout.creases.len(), layout.radials.len());
     let mut out = Skin { vertices: vec![DVec3::ZERO; nc + nr], ..Skin::default() };
-    let spline = |points: Vec<DVec3>| SkinCurve::Spline(NurbsCurve { degree: P, knots: knots.clone(), points, weights: vec![1.0; N] });
+    let spline = |points: Vec<DVec3>| SkinCurve::Spline(NurbsCurve { degree: P, knots: knots.clone(), points, weights: [1.0; N].into() });
     for (k, crease) in layout.creases.iter().enumerate() {
         let row: Vec<DVec3> = (0..N).map(|is| points[2 * k][is * N + P]).collect();
         (0..2).for_each(|end| out.vertices[crease.corners[end]] = row[end * P]);
@@ -585,7 +585,7 @@ fn assemble(layout: &Layout, points: Vec<Vec<DVec3>>) -> Skin {
             points = (0..N * N).map(|k| points[(P - k / N) * N + k % N]).collect(); // u runs clockwise about the axis
         }
         let boundary = [(nk + nr + index, false), (nk + ccw[0], true), (sector.crease, sector.which == 0), (nk + ccw[1], false)];
-        let surface = NurbsSurface { degree: [P, P], knots: [knots.clone(), knots.clone()], points, weights: vec![1.0; N * N] };
+        let surface = NurbsSurface { degree: [P, P], knots: [knots.clone(), knots.clone()], points, weights: [1.0; N * N].into() };
         out.patches.push(Patch { surface, boundary, arm: sector.arm });
     }
     out.rims = layout

@@ -406,7 +406,7 @@ impl Net {
     fn of(part: &Part, spline: &SplineSurface, offset: DVec3, frame: &Frame) -> Net {
         let is_bezier = (0..2).all(|k| spline.knots[k].len() == 2 * (spline.degree[k] + 1));
         let points = spline.points.iter().map(|&i| frame.of(part.points[i as usize] + offset));
-        let weighted = points.zip(&spline.weights).map(|(p, &w)| (w * p).extend(w)).collect();
+        let weighted = points.zip(&spline.weights[..]).map(|(p, &w)| (w * p).extend(w)).collect();
         Net::new(is_bezier.then_some(spline.degree), weighted)
     }
 

@@ -444,7 +444,7 @@ mod tests {
     fn knots_need_no_symmetry() {
         let (ku, kv) = ([0.0, 0.0, 0.0, 0.3, 1.0, 1.0, 1.0].into(), [0.0, 0.0, 1.0, 1.0].into());
         let points = [0.0, 0.15, 0.65, 1.0].iter().flat_map(|&x| [0.0, 1.0].map(|y| DVec3::new(x, y, 1.0))).collect();
-        let flux = patch_flux(&NurbsSurface { degree: [2, 1], knots: [ku, kv], points, weights: vec![1.0; 8] });
+        let flux = patch_flux(&NurbsSurface { degree: [2, 1], knots: [ku, kv], points, weights: [1.0; 8].into() });
         assert_close(flux.area, 1.0, 1e-14);
         assert_close(flux.volume.z, 1.0, 1e-14);
         assert_close(flux.moment.z, 0.5, 1e-14);

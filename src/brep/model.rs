@@ -168,7 +168,7 @@ pub struct SplineCurve {
     pub knots: Arc<[f64]>,
     /// Indices into `Part::points`; the first and the last are the edge's vertices.
     pub points: Vec<u32>,
-    pub weights: Vec<f64>,
+    pub weights: Arc<[f64]>,
 }
 
 /// Geometry of a face.
@@ -196,7 +196,7 @@ pub struct SplineSurface {
     pub knots: [Arc<[f64]>; 2],
     /// Indices into `Part::points`, `points[iu * nv + iv]`.
     pub points: Vec<u32>,
-    pub weights: Vec<f64>,
+    pub weights: Arc<[f64]>,
     /// How many edges of the loop lie on each side, in the loop's order: v = 0 (the rim), u = 1,
     /// v = 1, u = 0.
     pub sides: [u8; 4],

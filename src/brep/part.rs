@@ -6,6 +6,7 @@
 use super::model::{Curve, Edge, EdgeUse, Face, First, Label, Part, Solid, SplineCurve, SplineSurface, Surface};
 use super::rim_map::RimMap;
 use crate::graph::End;
+use crate::math::nurbs::NurbsSurface;
 use crate::patch::{Patch, Rim, Skin, SkinCurve};
 use glam::DVec3;
 
@@ -62,6 +63,11 @@ impl Solid {
             Some(extra) => self.extra[extra as usize],
             None => part.points[(vertex - part.first.vertex) as usize],
         }
+    }
+
+    /// Where the skin of the n-th of `nodes` is kept: the same place for nodes of one skin, and for no others.
+    pub fn skin_place(&self, n: usize) -> (usize, u64) {
+        self.skins[n].1.place()
     }
 
     /// What the n-th of `nodes` is made of.
@@ -336,35 +342,52 @@ impl Part {
 
     fn patch_face(&mut self, patch: &Patch, unit: f64, pieces: &[Pieces], first_map: u32, label: Label) {
         let s = &patch.surface;
-        let [nu, nv] = s.size();
-        // The border points that an edge already holds, by the side's walk around the patch.
-        let mut known = vec![None; nu * nv];
-        let mut boundary = vec![];
+        let mut boundary = Vec::with_capacity(6);
         let mut sides = [0; 4];
         for (side, &(edge, forward)) in patch.boundary.iter().enumerate() {
             let before = boundary.len();
             boundary.extend(pieces[edge].walk(forward));
             sides[side] = (boundary.len() - before) as u8;
-            let (row, len) = match side {
-                0 => ([0, nv as isize], nu),
-                1 => ([((nu - 1) * nv) as isize, 1], nv),
-                2 => ([(nu * nv - 1) as isize, -(nv as isize)], nu),
-                _ => ([(nv - 1) as isize, -1], nv),
+        }
+        let points = self.patch_points(s, unit, &boundary, sides);
+        let surface = SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides, first_map };
+        self.faces.push(Face { boundary, surface: Surface::Spline(surface), label });
+    }
+
+    /// The indices of a patch's control points: of those that an edge on its loop holds, or of new ones.
+    fn patch_points(&mut self, s: &NurbsSurface, unit: f64, boundary: &[EdgeUse], sides: [u8; 4]) -> Vec<u32> {
+        const NEW: u32 = u32::MAX;
+        let [nu, nv] = s.size();
+        let mut points = vec![NEW; nu * nv];
+        let mut walk = boundary.iter();
+        for (side, count) in sides.into_iter().enumerate() {
+            let (row, step, len) = match side {
+                0 => (0, nv as isize, nu),
+                1 => ((nu - 1) * nv, 1, nv),
+                2 => (nu * nv - 1, -(nv as isize), nu),
+                _ => (nv - 1, -1, nv),
             };
-            let mut hold = |i: usize, id: u32| known[(row[0] + row[1] * i as isize) as usize] = Some(id);
-            let first = boundary[before];
+            let on_side = |i: usize| row.wrapping_add_signed(step * i as isize);
+            let mut edges = walk.by_ref().take(count as usize);
+            let first = edges.next().expect("a side has an edge");
+            edges.for_each(drop);
             let walked = self.edge(first.edge);
-            hold(0, walked.vertices[!first.forward as usize] - self.first.vertex);
+            points[on_side(0)] = walked.vertices[!first.forward as usize] - self.first.vertex;
             if let Curve::Spline(curve) = &walked.curve
                 && curve.points.len() == len
             {
                 for i in 1..len - 1 {
-                    hold(i, curve.points[if forward { i } else { len - 1 - i }]);
+                    points[on_side(i)] = curve.points[if first.forward { i } else { len - 1 - i }];
                 }
             }
         }
-        let points = s.points.iter().zip(known).map(|(&p, known)| self.share(unit, p, known)).collect();
-        let surface = SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides, first_map };
-        self.faces.push(Face { boundary, surface: Surface::Spline(surface), label });
+        for (&p, index) in s.points.iter().zip(&mut points) {
+            let p = self.center + unit * p;
+            if *index == NEW || self.points[*index as usize] != p {
+                *index = self.points.len() as u32;
+                self.points.push(p);
+            }
+        }
+        points
     }
 }

@@ -274,7 +274,7 @@ mod tests {
             degree: 2,
             knots: [0.0, 0.0, 0.0, 1.0, 1.0, 1.0].into(),
             points: vec![at(from), at(from + angle / 2.0) / w, at(from + angle)],
-            weights: vec![1.0, w, 1.0],
+            weights: [1.0, w, 1.0].into(),
         }
     }
 

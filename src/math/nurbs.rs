@@ -14,7 +14,7 @@ pub struct NurbsCurve {
     /// Cartesian control points (not premultiplied by the weights).
     pub points: Vec<DVec3>,
     /// One positive weight per control point.
-    pub weights: Vec<f64>,
+    pub weights: Arc<[f64]>,
 }
 
 /// A clamped rational B-spline surface over `u × v`.
@@ -27,7 +27,7 @@ pub struct NurbsSurface {
     /// Cartesian control points, `points[iu * nv + iv]`.
     pub points: Vec<DVec3>,
     /// One positive weight per control point, same order.
-    pub weights: Vec<f64>,
+    pub weights: Arc<[f64]>,
 }
 
 /// Highest degree that evaluation supports (the basis lives on the stack).
@@ -486,7 +486,7 @@ mod tests {
             degree: 2,
             knots: [0.0, 0.0, 0.0, 1.0, 1.0, 1.0].into(),
             points: vec![DVec3::X, DVec3::X + DVec3::Y, DVec3::Y],
-            weights: vec![1.0, 0.5f64.sqrt(), 1.0],
+            weights: [1.0, 0.5f64.sqrt(), 1.0].into(),
         };
         for k in 0..=16 {
             let j = c.jet1(k as f64 / 16.0);

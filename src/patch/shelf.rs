@@ -195,7 +195,7 @@ fn decode(text: &[u8]) -> Skin {
             0 => SkinCurve::RimArc(r.whole()),
             _ => {
                 let (degree, knots) = (r.whole(), knots[r.whole()].clone());
-                SkinCurve::Spline(NurbsCurve { degree, knots, points: r.list(Reader::point), weights: r.list(Reader::number) })
+                SkinCurve::Spline(NurbsCurve { degree, knots, points: r.list(Reader::point), weights: r.list(Reader::number).into() })
             }
         };
         SkinEdge { ends, curve }
@@ -203,7 +203,7 @@ fn decode(text: &[u8]) -> Skin {
     let patches = r.list(|r| {
         let degree = [r.whole(), r.whole()];
         let knots = [0, 1].map(|_| knots[r.whole()].clone());
-        let surface = NurbsSurface { degree, knots, points: r.list(Reader::point), weights: r.list(Reader::number) };
+        let surface = NurbsSurface { degree, knots, points: r.list(Reader::point), weights: r.list(Reader::number).into() };
         let boundary = [0; 4].map(|_| r.whole()).map(|n| (n / 2, n % 2 == 1));
         Patch { surface, boundary, arm: r.whole() }
     });
@@ -221,8 +221,8 @@ mod tests {
     fn skin(seed: f64) -> Skin {
         let knots: [Arc<[f64]>; 2] = [[0.0, 0.0, 1.0, 1.0].into(), [0.0, 0.0, 0.0, 1.0, 1.0, 1.0].into()];
         let point = |k: usize| DVec3::new(seed / 3.0, -0.0, k as f64 * seed);
-        let spline = NurbsCurve { degree: 1, knots: knots[0].clone(), points: vec![point(0), point(1)], weights: vec![1.0, seed] };
-        let surface = NurbsSurface { degree: [1, 2], knots: knots.clone(), points: (0..6).map(point).collect(), weights: vec![seed; 6] };
+        let spline = NurbsCurve { degree: 1, knots: knots[0].clone(), points: vec![point(0), point(1)], weights: [1.0, seed].into() };
+        let surface = NurbsSurface { degree: [1, 2], knots: knots.clone(), points: (0..6).map(point).collect(), weights: [seed; 6].into() };
         Skin {
             vertices: (0..3).map(point).collect(),
             edges: vec![SkinEdge { ends: [0, 1], curve: SkinCurve::Spline(spline) }, SkinEdge { ends: [1, 2], curve: SkinCurve::RimArc(7) }],

@@ -49,14 +49,14 @@ pub fn skin(tables: &Tables, layout: &Layout, fit: &Fit) -> Result<Skin, String>
         let y: Vec<DVec3> = tables.interpolation.nodes.iter().map(|&s| map.crease(s)[0]).collect();
         let mut points = divide(tables.interpolation.coefficients(&y), &fit.creases[k]);
         (points[0], points[p]) = (vertices[crease.corners[0]], vertices[crease.corners[1]]);
-        let curve = NurbsCurve { degree: p, knots: knots[0].clone(), points, weights: fit.creases[k].clone() };
+        let curve = NurbsCurve { degree: p, knots: knots[0].clone(), points, weights: fit.creases[k][..].into() };
         edges.push(SkinEdge { ends: crease.corners, curve: SkinCurve::Spline(curve) });
     }
     for (k, radial) in layout.radials.iter().enumerate() {
         let y: Vec<DVec3> = tables.columns.nodes.iter().map(|&v| map::radial(radial, layout.corners[radial.corner].k, v)).collect();
         let mut points = divide(tables.columns.coefficients(&y), &fit.radials[k]);
         (points[0], points[q]) = (vertices[nc + k], vertices[radial.corner]);
-        let curve = NurbsCurve { degree: q, knots: knots[1].clone(), points, weights: fit.radials[k].clone() };
+        let curve = NurbsCurve { degree: q, knots: knots[1].clone(), points, weights: fit.radials[k][..].into() };
         edges.push(SkinEdge { ends: [nc + k, radial.corner], curve: SkinCurve::Spline(curve) });
     }
     let mut patches = Vec::with_capacity(layout.sectors.len());
@@ -140,5 +140,5 @@ fn surface(tables: &Tables, layout: &Layout, fit: &Fit, index: usize, edges: &[S
             }
         }
     }
-    NurbsSurface { degree: [p, tables.q], knots: knots.clone(), points, weights }
+    NurbsSurface { degree: [p, tables.q], knots: knots.clone(), points, weights: weights.into() }
 }

@@ -7,7 +7,9 @@ use crate::brep::topology::connected_order;
 use crate::brep::{Borders, Circle, Curve, Edge, Face, Part, RimMap, Solid, SplineCurve, SplineSurface, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::io::{self, Write};
+use std::sync::OnceLock;
 
 /// Entities of a strut's two rims: axis, x of the seam and of both rims, both centres, placements
 /// of the strut's surface and of both circles, both circles.
@@ -195,12 +197,12 @@ pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids
         circle_edge(&mut t, solid, e, &edge, None, ids, decimals);
     }
     out.write_all(&t)?;
-    emit(out, struts, CHUNK, |k, t| face(t, solid, k, &solid.strut_face(k), None, ids, decimals))?;
+    emit(out, struts, CHUNK, |k, t| face(t, solid, k, &solid.strut_face(k), None, ids))?;
+    let tails = Tails::new(solid, decimals);
     emit(out, nodes, per_node, |n, t| {
         let part = solid.part(n);
-        for (f, one) in (part.first_face() as usize..).zip(&part.faces) {
-            face(t, solid, f, one, Some(&part), ids, decimals);
-        }
+        let mut f = part.first_face() as usize..;
+        tails.each(solid, n, &part, |one, tail| face(t, solid, f.next().expect("no end"), one, Some((&part, tail)), ids));
     })?;
     let mut t = vec![];
     entity(&mut t, ids.shell, "CLOSED_SHELL('',");
@@ -372,7 +374,7 @@ fn spline_curve(t: &mut Vec<u8>, part: &Part, s: &SplineCurve, id: u64, ids: &Nu
     knots(t, &[&s.knots]);
     if rational {
         text(t, ")CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE(");
-        push_list(t, &s.weights, |t, &w| push_rounded(t, w, decimals.weights));
+        push_list(t, &s.weights[..], |t, &w| push_rounded(t, w, decimals.weights));
         text(t, ")REPRESENTATION_ITEM('')");
     }
     end(t);
@@ -422,8 +424,8 @@ fn knots(t: &mut Vec<u8>, all: &[&[f64]]) {
     text(t, ".UNSPECIFIED.");
 }
 
-/// Face number `f`; `part` is its node's, if it is a node's.
-fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, part: Option<&Part>, ids: &Numbers, decimals: Decimals) {
+/// Face number `f`; if it is a node's, with the node's part and the face's tail.
+fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, of_node: Option<(&Part, &[u8])>, ids: &Numbers) {
     let boundary = &face.boundary;
     let id = ids.faces[f];
     let first = id + 1 - face_size(solid, face);
@@ -441,8 +443,8 @@ fn face(t: &mut Vec<u8>, solid: &Solid, f: usize, face: &Face, part: Option<&Par
     also(t, wire);
     text(t, ",.T.");
     end(t);
-    match (&face.surface, part) {
-        (Surface::Spline(s), Some(part)) => spline_surface(t, part, s, wire + 2, ids, decimals),
+    match (&face.surface, of_node) {
+        (Surface::Spline(s), Some((part, tail))) => spline_surface(t, part, s, wire + 2, ids, tail),
         _ => surface(t, solid, &face.surface, wire + 2, ids),
     }
     entity(t, id, &format!("ADVANCED_FACE('{}',(#{}),#{},.T.", face.label, wire + 1, id - 1));
@@ -496,22 +498,64 @@ fn surface(t: &mut Vec<u8>, solid: &Solid, surface: &Surface, first: u64, ids: &
     }
 }
 
-fn spline_surface(t: &mut Vec<u8>, part: &Part, s: &SplineSurface, id: u64, ids: &Numbers, decimals: Decimals) {
-    let rational = is_rational(&s.weights);
+fn spline_surface(t: &mut Vec<u8>, part: &Part, s: &SplineSurface, id: u64, ids: &Numbers, tail: &[u8]) {
     let columns = s.knots[1].len() - s.degree[1] - 1;
-    entity(t, id, if rational { "(BOUNDED_SURFACE()B_SPLINE_SURFACE(" } else { "B_SPLINE_SURFACE_WITH_KNOTS(''," });
+    entity(t, id, if is_rational(&s.weights) { "(BOUNDED_SURFACE()B_SPLINE_SURFACE(" } else { "B_SPLINE_SURFACE_WITH_KNOTS(''," });
     for d in s.degree {
         push_integer(t, d as u64);
         t.push(b',');
     }
     push_list(t, s.points.chunks(columns), |t, row| push_list(t, row, |t, &i| push_ref(t, ids.point(part.number(i)))));
-    text(t, ",.UNSPECIFIED.,.F.,.F.,.F.");
-    text(t, if rational { ")B_SPLINE_SURFACE_WITH_KNOTS(" } else { "," });
-    knots(t, &[&s.knots[0], &s.knots[1]]);
+    t.extend_from_slice(tail);
+}
+
+/// What follows the points of a patch: knots and weights.
+fn surface_tail(s: &SplineSurface, decimals: Decimals) -> Vec<u8> {
+    let rational = is_rational(&s.weights);
+    let columns = s.knots[1].len() - s.degree[1] - 1;
+    let mut t = vec![];
+    text(&mut t, ",.UNSPECIFIED.,.F.,.F.,.F.");
+    text(&mut t, if rational { ")B_SPLINE_SURFACE_WITH_KNOTS(" } else { "," });
+    knots(&mut t, &[&s.knots[0], &s.knots[1]]);
     if rational {
-        text(t, ")GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_SURFACE(");
-        push_list(t, s.weights.chunks(columns), |t, row| push_list(t, row, |t, &w| push_rounded(t, w, decimals.weights)));
-        text(t, ")REPRESENTATION_ITEM('')SURFACE()");
+        text(&mut t, ")GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_SURFACE(");
+        push_list(&mut t, s.weights.chunks(columns), |t, row| push_list(t, row, |t, &w| push_rounded(t, w, decimals.weights)));
+        text(&mut t, ")REPRESENTATION_ITEM('')SURFACE()");
     }
-    end(t);
+    end(&mut t);
+    t
+}
+
+/// The tails of a node's patches (see [`surface_tail`]), formatted once for nodes of one skin.
+struct Tails {
+    decimals: Decimals,
+    /// By the place of a skin that several nodes have.
+    shared: HashMap<(usize, u64), OnceLock<Vec<Vec<u8>>>>,
+}
+
+impl Tails {
+    /// Skins whose tails are kept, some 30 MB.
+    const MOST: usize = 512;
+
+    fn new(solid: &Solid, decimals: Decimals) -> Tails {
+        let mut places: Vec<_> = (0..solid.nodes.len()).map(|n| solid.skin_place(n)).collect();
+        places.sort_unstable();
+        let several = places.chunk_by(|a, b| a == b).filter(|same| same.len() > 1);
+        Tails { decimals, shared: several.take(Self::MOST).map(|same| (same[0], OnceLock::new())).collect() }
+    }
+
+    /// Calls `each` with every face of the n-th node's part, in order, and its tail, which is empty where the face is no patch.
+    fn each(&self, solid: &Solid, n: usize, part: &Part, mut each: impl FnMut(&Face, &[u8])) {
+        let tail = |face: &Face| match &face.surface {
+            Surface::Spline(s) => surface_tail(s, self.decimals),
+            _ => vec![],
+        };
+        match self.shared.get(&solid.skin_place(n)) {
+            Some(tails) => {
+                let tails = tails.get_or_init(|| part.faces.iter().map(tail).collect());
+                part.faces.iter().zip(tails).for_each(|(face, tail)| each(face, tail));
+            }
+            None => part.faces.iter().for_each(|face| each(face, &tail(face))),
+        }
+    }
 }

@@ -43,14 +43,28 @@ pub fn push_rounded(out: &mut Vec<u8>, x: f64, decimals: Option<u32>) {
         return push_real(out, x);
     }
     let number = (scaled + 0.5) as u64;
-    if x < 0.0 && number > 0 {
-        out.push(b'-');
-    }
     let digits = Numeral::of(number);
     let point = DIGITS - decimals as usize;
-    digits.push(out, digits.first().min(point - 1), point);
-    out.push(b'.');
-    digits.push(out, point, digits.last().max(point));
+    // All digits around the point, the sign before the first that is wanted, then that part of it.
+    let mut text = [0; 40];
+    text[1..=DIGITS].copy_from_slice(&digits.0.to_le_bytes());
+    text[point + 1] = b'.';
+    text[point + 2..point + 2 + DIGITS].copy_from_slice(&digits.0.checked_shr(8 * point as u32).unwrap_or(0).to_le_bytes());
+    let mut from = digits.first().min(point - 1) + 1;
+    if x < 0.0 && number > 0 {
+        from -= 1;
+        text[from] = b'-';
+    }
+    let to = digits.last().max(point) + 2;
+    push_part::<24>(out, text[from..from + 24].try_into().expect("24 bytes"), to - from);
+}
+
+/// The first bytes of a block: copies of a fixed length, cut afterwards, cost less than those of an unknown one.
+#[inline]
+fn push_part<const N: usize>(out: &mut Vec<u8>, block: &[u8; N], length: usize) {
+    let end = out.len() + length;
+    out.extend_from_slice(block);
+    out.truncate(end);
 }
 
 /// Below this a double has places behind the point, and at most `DIGITS` digits before it.
@@ -59,8 +73,7 @@ const MOST_WHOLE: f64 = (1u64 << 52) as f64;
 /// Powers of ten: exact.
 const POWERS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
 
-/// Decimal digits of a whole number below 10^16, leading zeros among them, as bytes of a word: the first digit in the lowest. Text is put together from whole
-/// words, cut to length afterwards: copies of unknown length cost more than the digits do.
+/// Decimal digits of a whole number below 10^16, leading zeros among them, as bytes of a word: the first digit in the lowest.
 #[derive(Clone, Copy)]
 struct Numeral(u128);
 
@@ -84,14 +97,6 @@ impl Numeral {
     #[inline]
     fn last(self) -> usize {
         DIGITS - (self.0 ^ ZEROS).leading_zeros() as usize / 8
-    }
-
-    /// Digits from one place to before another.
-    #[inline]
-    fn push(self, out: &mut Vec<u8>, from: usize, to: usize) {
-        let end = out.len() + to - from;
-        out.extend_from_slice(&(self.0.checked_shr(8 * from as u32).unwrap_or(0)).to_le_bytes());
-        out.truncate(end);
     }
 }
 
@@ -150,7 +155,8 @@ pub fn push_ref(out: &mut Vec<u8>, id: u64) {
 #[inline]
 pub fn push_integer(out: &mut Vec<u8>, n: u64) {
     let digits = Numeral::of(n);
-    digits.push(out, digits.first().min(DIGITS - 1), DIGITS);
+    let from = digits.first().min(DIGITS - 1);
+    push_part(out, &(digits.0 >> (8 * from)).to_le_bytes(), DIGITS - from);
 }
 
 /// `(a,b,...)` of whatever `item` writes.
