@@ -72,18 +72,23 @@ impl Solid {
 
     /// What the n-th of `nodes` is made of.
     pub fn part(&self, n: usize) -> Part {
-        self.put_together(n, &self.skins[n].1.skin(), self.centers[n]).0
+        self.put_together(n, &self.skins[n].1.skin(), self.centers[n], true).0
+    }
+
+    /// The same part without the control points of its patches: its edges, and the loops of its faces.
+    pub fn bordered(&self, n: usize) -> Part {
+        self.put_together(n, &self.skins[n].1.skin(), self.centers[n], false).0
     }
 
     /// The same part as if the node were at the origin: equal to the bit for nodes that differ in nothing but their places and numbers.
     pub(super) fn part_at_origin(&self, n: usize, skin: &Skin) -> Part {
-        self.put_together(n, skin, DVec3::ZERO).0
+        self.put_together(n, skin, DVec3::ZERO, true).0
     }
 
     /// The part of a node, and the closed rim of each arm: see `Found::loops`.
     pub(super) fn part_with_rims(&self, n: usize) -> (Part, Box<[Box<[EdgeUse]>]>) {
         let skin = self.skins[n].1.skin();
-        let (part, pieces) = self.put_together(n, &skin, self.centers[n]);
+        let (part, pieces) = self.put_together(n, &skin, self.centers[n], true);
         let rim_loop = |(rim, &(k, end)): (&Rim, &(u32, End))| -> Box<[EdgeUse]> {
             let vertex = self.strut_ends[k as usize][end as usize].vertex;
             let mut around: Vec<EdgeUse> = rim.arcs.iter().flat_map(|&arc| pieces[arc].walk(true)).collect();
@@ -102,7 +107,7 @@ impl Solid {
         let (first, part) = match kind {
             0 => (first.vertex, self.bare(n, &skin, self.centers[n])),
             1 => (first.edge_point, self.with_edges(n, &skin, self.centers[n]).0),
-            _ => (first.face_point, self.put_together(n, &skin, self.centers[n]).0),
+            _ => (first.face_point, self.put_together(n, &skin, self.centers[n], true).0),
         };
         (first, part.points_by_kind()[kind].to_vec())
     }
@@ -123,18 +128,20 @@ impl Solid {
         (part, pieces)
     }
 
-    /// The part of a node at this place, and the edges that each edge of its skin became.
-    fn put_together(&self, n: usize, skin: &Skin, center: DVec3) -> (Part, Vec<Pieces>) {
+    /// The part of a node at this place, with or without the control points of its patches, and the edges that each edge of its skin became.
+    fn put_together(&self, n: usize, skin: &Skin, center: DVec3, with_points: bool) -> (Part, Vec<Pieces>) {
         let (mut part, pieces) = self.with_edges(n, skin, center);
         let mut numbers = vec![0; skin.rims.len()];
         let mut first_map = 0;
-        part.points.reserve(skin.patches.iter().map(|patch| patch.surface.points.len()).sum());
+        if with_points {
+            part.points.reserve(skin.patches.iter().map(|patch| patch.surface.points.len()).sum());
+        }
         part.faces.reserve(skin.patches.len());
         for patch in &skin.patches {
             numbers[patch.arm] += 1;
             let (k, _) = self.arms_of(n)[patch.arm];
             let label = Label::Patch { node: self.nodes[n], strut: self.struts[k as usize], number: numbers[patch.arm] };
-            part.patch_face(patch, self.skins[n].0, &pieces, first_map, label);
+            part.patch_face(patch, with_points.then_some(self.skins[n].0), &pieces, first_map, label);
             first_map += part.arcs(&part.faces[part.faces.len() - 1]).count() as u32;
         }
         part.faces.extend(self.cap(n));
@@ -271,7 +278,7 @@ impl Solid {
             Some(&strut) => Label::Strut(strut),
             None => {
                 let n = self.first[..self.nodes.len()].partition_point(|first| first.face as usize <= face) - 1;
-                self.part(n).faces[face - self.first[n].face as usize].label
+                self.bordered(n).faces[face - self.first[n].face as usize].label
             }
         }
     }
@@ -340,7 +347,8 @@ impl Part {
         (self.points.len() - 1) as u32
     }
 
-    fn patch_face(&mut self, patch: &Patch, unit: f64, pieces: &[Pieces], first_map: u32, label: Label) {
+    /// Adds the face of a patch, and its control points if their unit is given.
+    fn patch_face(&mut self, patch: &Patch, unit: Option<f64>, pieces: &[Pieces], first_map: u32, label: Label) {
         let s = &patch.surface;
         let mut boundary = Vec::with_capacity(6);
         let mut sides = [0; 4];
@@ -349,7 +357,7 @@ impl Part {
             boundary.extend(pieces[edge].walk(forward));
             sides[side] = (boundary.len() - before) as u8;
         }
-        let points = self.patch_points(s, unit, &boundary, sides);
+        let points = unit.map_or(vec![], |unit| self.patch_points(s, unit, &boundary, sides));
         let surface = SplineSurface { degree: s.degree, knots: s.knots.clone(), points, weights: s.weights.clone(), sides, first_map };
         self.faces.push(Face { boundary, surface: Surface::Spline(surface), label });
     }

@@ -41,7 +41,7 @@ impl Borders {
         Borders::with(solid, |_, _| (), |()| ())
     }
 
-    /// The same; `look` sees each node's part on the way, `take` gets what it saw, node by node.
+    /// The same; `look` sees each node's part (without control points of patches) on the way, `take` gets what it saw, node by node.
     pub fn with<T: Send>(solid: &Solid, look: impl Fn(usize, &Part) -> T + Sync, mut take: impl FnMut(T)) -> Borders {
         let mut borders = Borders {
             vertex_count: solid.vertex_count(),
@@ -52,7 +52,7 @@ impl Borders {
         borders.first.push(0);
         (0..solid.struts.len()).for_each(|k| borders.add(&solid.strut_face(k).boundary));
         let of_node = |n: usize| {
-            let part = solid.part(n);
+            let part = solid.bordered(n);
             let seen = look(n, &part);
             let faces: Vec<Vec<EdgeUse>> = part.faces.into_iter().map(|face| face.boundary).collect();
             (part.edges.iter().map(|e| e.vertices).collect::<Vec<_>>(), faces, seen)

@@ -172,7 +172,7 @@ pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids
         meridian(t, ids.meridians + PER_MERIDIAN * k as u64, &solid.circles[2 * struts + k]);
     })?;
     emit(out, nodes, per_node, |n, t| {
-        let part = solid.part(n);
+        let part = solid.bordered(n);
         let maps = maps(solid, n, &part);
         for (e, map) in (part.first_edge()..).zip(maps) {
             match &part.edge(e).curve {
