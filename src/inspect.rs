@@ -11,7 +11,7 @@ use crate::graph::repair::merge::Fit;
 use crate::graph::repair::{self, chains, loose};
 use crate::graph::{Graph, Input, Strut, check};
 use crate::ids::{NodeId, StrutId};
-use crate::options::Options;
+use crate::options::{Options, SKINS_IN_MEMORY};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -24,11 +24,15 @@ const PATCHES_PER_END: usize = 6;
 const PATCHES_PER_END_OF_TWO: usize = 4;
 /// Bytes of STEP text per face. Measured: 5,800 (cells of 10 mm) to 7,800 (12,550 struts of a tetrahedral mesh).
 const BYTES_PER_FACE: f64 = 7_000.0;
-/// Memory at the peak per face, bytes: tables, and skins up to a limit (`settle.rs`) where nodes differ. Measured: 448 MB for the
-/// 153,708 faces of the same mesh, 945 MB for 2,806,568 faces of a block of BCC, whose nodes are equal.
+/// Memory at the peak, bytes, of two threads: the program; per face what is under way (up to `MOST_UNDER_WAY`), tables, and skins up to a limit where nodes
+/// differ. A byte of skins takes `PER_BYTE_OF_SKINS`. Measured: 621 MB for the 153,708 faces of the same mesh, 260 MB with all its skins in a file; 64 MB for
+/// 868 faces and 480 MB for 2,806,568 faces of BCC, whose nodes are equal, so that these figures are too high.
+const PROGRAM: f64 = 50e6;
+const UNDER_WAY_PER_FACE: f64 = 5_000.0;
+const MOST_UNDER_WAY: f64 = 170e6;
 const TABLES_PER_FACE: f64 = 350.0;
 const SKINS_PER_FACE: f64 = 3_000.0;
-const MOST_SKINS: f64 = 256e6;
+const PER_BYTE_OF_SKINS: f64 = 1.4;
 /// CPU time per patch, seconds. Measured: 0.0007 (kelvin) to 0.0011 (the same mesh) on a core of a 2020s server.
 const SECONDS_PER_PATCH: f64 = 0.001;
 
@@ -365,6 +369,17 @@ fn verdict(faults: &[Fault], overlaps: usize, cuts: usize, solids: usize) -> Ver
     Verdict { accepted, exit_code, reasons }
 }
 
+/// Estimated memory at the peak, bytes, with all skins in a file.
+fn without_skins(faces: f64) -> f64 {
+    PROGRAM + (faces * UNDER_WAY_PER_FACE).min(MOST_UNDER_WAY) + faces * TABLES_PER_FACE
+}
+
+/// How many bytes of skins may stay in memory if the whole run is to take no more than `most` bytes; else how many bytes it will take about without any.
+pub fn room_for_skins(graph: &Graph, most: f64) -> Result<usize, f64> {
+    let least = without_skins(estimate(graph).faces as f64);
+    if least <= most { Ok(((most - least) / PER_BYTE_OF_SKINS) as usize) } else { Err(least) }
+}
+
 fn estimate(graph: &Graph) -> Estimate {
     let of_node = |n: NodeId| match graph.degree(n) {
         1 => (0, 1),
@@ -376,7 +391,7 @@ fn estimate(graph: &Graph) -> Estimate {
     Estimate {
         faces,
         bytes: faces as f64 * BYTES_PER_FACE,
-        memory_bytes: faces as f64 * TABLES_PER_FACE + (faces as f64 * SKINS_PER_FACE).min(MOST_SKINS),
+        memory_bytes: without_skins(faces as f64) + PER_BYTE_OF_SKINS * (faces as f64 * SKINS_PER_FACE).min(SKINS_IN_MEMORY as f64),
         cpu_seconds: patches as f64 * SECONDS_PER_PATCH,
     }
 }

@@ -28,6 +28,9 @@ pub enum Divide {
     Blocks(usize),
 }
 
+/// Default of [`Options::skins_in_memory`]. Guessed: some 100,000 patches, so that few lattices need the disk.
+pub const SKINS_IN_MEMORY: usize = 256 << 20;
+
 /// Options of one run from graph to STEP text.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -48,6 +51,8 @@ pub struct Options {
     pub cache: bool,
     /// A folder for a temporary file without a name, where what is built waits if it is much; none: all stays in memory.
     pub scratch: Option<PathBuf>,
+    /// Bytes of skins that stay in memory where there is such a folder.
+    pub skins_in_memory: usize,
     pub step: StepOptions,
 }
 
@@ -71,6 +76,7 @@ impl Default for Options {
             divide: Divide::Not,
             cache: true,
             scratch: None,
+            skins_in_memory: SKINS_IN_MEMORY,
             step: StepOptions::default(),
         }
     }

@@ -24,9 +24,6 @@ const EASE: f64 = 0.93;
 /// Rounds of easing before a node is given up: radii are then a twentieth of what they were.
 const MOST_ROUNDS: usize = 40;
 
-/// Bytes of skins that stay in memory where there is a folder for the rest. Guessed: some 100,000 patches, so that few lattices need the disk.
-const IN_MEMORY: usize = 256 << 20;
-
 /// A node that was built.
 pub struct Kept {
     pub skin: Shelved,
@@ -68,7 +65,7 @@ impl<'a> Settling<'a> {
         if options.on_conflict == (OnConflict::Shrink { part: true }) {
             cuts::part(&mut radii).map_err(cannot_part)?;
         }
-        let shelf = Shelf::new(options.scratch.clone(), IN_MEMORY);
+        let shelf = Shelf::new(options.scratch.clone(), options.skins_in_memory);
         Ok(Settling { given, options, radii, degrees: Degrees::new(), shelf, known: Known::new(), rounds: 0 })
     }
 

@@ -57,6 +57,26 @@ fn same_bytes_at_any_thread_count_and_in_every_run() {
 }
 
 #[test]
+fn memory_changes_no_byte_and_too_little_is_said() {
+    let folder = Folder::new();
+    let graph = folder.write("corner.json", CORNER);
+    let file = |name: &str, more: &[&str]| {
+        let out = folder.path(name).join("corner.step");
+        std::fs::create_dir(out.parent().unwrap()).unwrap();
+        let run = export(&graph, &[&["-o", out.to_str().unwrap()], more].concat());
+        assert!(run.status.success(), "{}", stderr(&run));
+        (std::fs::read(out).unwrap(), stderr(&run))
+    };
+    let (free, quiet) = file("free", &[]);
+    let (enough, as_quiet) = file("enough", &["--max-memory", "500"]);
+    let (little, said) = file("little", &["--max-memory", "1"]);
+    assert!(free == enough && free == little);
+    assert!(!quiet.contains("--max-memory") && !as_quiet.contains("--max-memory"));
+    assert!(said.contains("note: --max-memory: 1 MB: this lattice may take 5"), "{said}");
+    assert_eq!(export(&graph, &["--max-memory", "0"]).status.code(), Some(2));
+}
+
+#[test]
 fn the_report_agrees_with_the_solid_and_fits_its_schema() {
     let folder = Folder::new();
     let graph = folder.write("corner.json", CORNER);

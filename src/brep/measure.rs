@@ -411,7 +411,7 @@ mod tests {
                 weights.push(w * v);
             }
         }
-        NurbsSurface { degree: [2, degree], knots: [ends(2), ends(degree)], points, weights }
+        NurbsSurface { degree: [2, degree], knots: [ends(2), ends(degree)], points, weights: weights.into() }
     }
 
     fn assert_close(found: f64, exact: f64, tolerance: f64) {

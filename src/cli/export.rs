@@ -7,12 +7,13 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lattice_brep::brep::Caps;
-use lattice_brep::error::{Error, Fault};
+use lattice_brep::error::{Error, Fault, Note};
 use lattice_brep::graph::Lattice;
 use lattice_brep::graph::check::{self, Overlaps};
 use lattice_brep::graph::import::Imported;
 use lattice_brep::graph::repair::merge::MERGE_ANGLE;
 use lattice_brep::graph::repair::{Repair, Repaired};
+use lattice_brep::inspect;
 use lattice_brep::node::Fairing;
 use lattice_brep::options::{Divide, OnConflict, Options};
 use lattice_brep::pipeline::{self, Progress, Solved};
@@ -34,6 +35,7 @@ use std::sync::Mutex;
   lattice-brep export lines.csv --radius-rule 0.5
   lattice-brep export part.json --crop 0,0,0:20,20,20 -o block.step
   lattice-brep export part.json --blend 0.2 --report part.report.json
+  lattice-brep export large.json --max-memory 500
   lattice-brep export mesh.json --weld 0.001 --collapse-chains --report mesh.report.json
 
 Exit codes: 0 written, 1 our own failure, 2 bad input, 3 cannot be built.")]
@@ -103,6 +105,10 @@ pub struct ExportArgs {
     /// Build nodes of equal stars each for itself: the same file, later. To measure what building them once gains
     #[arg(long, conflicts_with = "assembly")]
     no_cache: bool,
+    /// Memory that the run should keep to, MB: what is built waits in a temporary file beside the output as far as it does not fit. The least that
+    /// is needed grows with the lattice; where it is more than this, a note says so [default: 256 MB of what is built stay in memory]
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(1..))]
+    max_memory: Option<u32>,
     /// Threads [default: all cores]; the file does not depend on it
     #[arg(long)]
     threads: Option<usize>,
@@ -208,7 +214,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     if let Some(bounds) = args.crop {
         lattice = pipeline::crop(&lattice, bounds, overlaps)?;
     }
-    let (lattice, straight) = pipeline::straighten(lattice);
+    let (mut lattice, straight) = pipeline::straighten(lattice);
     if !args.quiet {
         repair::print_repairs(straight.as_slice());
     }
@@ -216,6 +222,12 @@ pub fn run(args: &ExportArgs) -> Result<(), Error> {
     let is_shown = |c: char| !c.is_control() && !c.is_whitespace();
     if let Some(name) = lattice.name.as_ref().filter(|name| name.chars().any(is_shown)) {
         options.step.product = name.clone();
+    }
+    if let Some(mb) = args.max_memory {
+        options.skins_in_memory = inspect::room_for_skins(&lattice.graph, f64::from(mb) * 1e6).unwrap_or_else(|least| {
+            lattice.notes.push(Note::new("--max-memory", format!("{mb} MB: this lattice may take {:.0} MB, with all that is built in a file", least / 1e6)));
+            0
+        });
     }
     let progress = Bar::new(args.quiet);
     options.scratch = Some(output::folder(&output));

@@ -437,7 +437,7 @@ mod tests {
                 weights.push(1.0 + 0.3 * (x - 2.0 * y).cos());
             }
         }
-        NurbsSurface { degree: [4, 3], knots: [ku, kv], points, weights }
+        NurbsSurface { degree: [4, 3], knots: [ku, kv], points, weights: weights.into() }
     }
 
     #[test]
