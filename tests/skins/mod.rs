@@ -51,13 +51,13 @@ pub fn tapered_tube(axes: [DVec3; 2], n: usize, turn: f64, slopes: [f64; 2]) -> 
         skin.edges.push(SkinEdge { ends, curve });
         skin.edges.len() - 1
     };
-    let line = |from: DVec3, to: DVec3| NurbsCurve { degree: 1, knots: ends(1), points: vec![from, to], weights: vec![1.0; 2] };
+    let line = |from: DVec3, to: DVec3| NurbsCurve { degree: 1, knots: ends(1), points: vec![from, to], weights: [1.0; 2].into() };
     let arcs0: Vec<_> = (0..n).map(|k| edge([vertex(0, k), vertex(0, k + 1)], SkinCurve::RimArc(0))).collect();
     let arcs1: Vec<_> = (0..n).map(|k| edge([vertex(2, k + 1), vertex(2, k)], SkinCurve::RimArc(1))).collect();
     let ring: Vec<_> = (0..n)
         .map(|k| {
             let points = vec![at(radial(k), 0.0), at(middle(k), 0.0), at(radial(k + 1), 0.0)];
-            let curve = NurbsCurve { degree: 2, knots: ends(2), points, weights: vec![1.0, weight, 1.0] };
+            let curve = NurbsCurve { degree: 2, knots: ends(2), points, weights: [1.0, weight, 1.0].into() };
             edge([vertex(1, k), vertex(1, k + 1)], SkinCurve::Spline(curve))
         })
         .collect();
