@@ -67,6 +67,14 @@ def star(degree: int, seed: int) -> dict:
                             "struts": [{"a": 0, "b": i + 1, "ra": 1.0, "rb": 1.0} for i in range(degree)]}
 
 
+def curved_node(folder: Path) -> list[Case]:
+    """One node of BCC for meshes of second order: with sectors of 120° in place of halves, 5e-4 of the elements were inside out, else 1e-4 and less."""
+    corners = [[x, y, z] for x in (-4, 4) for y in (-4, 4) for z in (-4, 4)]
+    path = folder / "curved-node.json"
+    path.write_text(json.dumps({"units": "mm", "nodes": [[0, 0, 0], *corners], "struts": [{"a": 0, "b": i + 1, "ra": 1, "rb": 1} for i in range(8)]}))
+    return [Case("bcc node, curved", graph=path, limits={"most_inverted": 2e-4})]
+
+
 def random_nodes(number: int, folder: Path) -> list[Case]:
     out = []
     for i in range(number):

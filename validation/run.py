@@ -47,7 +47,7 @@ def figures_of(check: str, found: dict) -> str:
         "continuity": ("rim_max_deg", "inside_max_deg", "gap_mm"),
         "fold": ("lowest_cosine",),
         "volume_bound": ("above_union", "in_zones"),
-        "meshable": ("elements", "min_quality"),
+        "meshable": ("elements", "min_quality", "inverted"),
         "text": ("bytes",),
         "one_solid": ("solids",),
     }.get(check, ())
@@ -180,6 +180,7 @@ def main() -> int:
         whole = [path for path in whole if lattices.struts(path) <= args.largest]
     # The slow ones first, so that no worker is left alone with them at the end.
     todo = todo[::-1] + cases.random_nodes(cases.QUICK_NODES if args.quick else cases.RANDOM_NODES, OUT)
+    todo += cases.curved_node(OUT)
     todo += cases.mixed_nodes(cases.QUICK_MIXED if args.quick else cases.MIXED_NODES, OUT)
     if args.samples:
         todo += cases.samples(Path(args.samples))
