@@ -72,7 +72,7 @@ fn memory_changes_no_byte_and_too_little_is_said() {
     let (little, said) = file("little", &["--max-memory", "1"]);
     assert!(free == enough && free == little);
     assert!(!quiet.contains("--max-memory") && !as_quiet.contains("--max-memory"));
-    assert!(said.contains("note: --max-memory: 1 MB: this lattice may take 7"), "{said}");
+    assert!(said.contains("note: --max-memory: 1 MB: this lattice may take 8"), "{said}");
     assert_eq!(export(&graph, &["--max-memory", "0"]).status.code(), Some(2));
 }
 

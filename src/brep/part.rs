@@ -367,7 +367,7 @@ impl Part {
         const NEW: u32 = u32::MAX;
         let [nu, nv] = s.size();
         let mut points = vec![NEW; nu * nv];
-        let mut walk = boundary.iter();
+        let mut left = boundary;
         for (side, count) in sides.into_iter().enumerate() {
             let (row, step, len) = match side {
                 0 => (0, nv as isize, nu),
@@ -376,9 +376,8 @@ impl Part {
                 _ => (nv - 1, -1, nv),
             };
             let on_side = |i: usize| row.wrapping_add_signed(step * i as isize);
-            let mut edges = walk.by_ref().take(count as usize);
-            let first = edges.next().expect("a side has an edge");
-            edges.for_each(drop);
+            let first = left[0];
+            left = &left[count as usize..];
             let walked = self.edge(first.edge);
             points[on_side(0)] = walked.vertices[!first.forward as usize] - self.first.vertex;
             if let Curve::Spline(curve) = &walked.curve
