@@ -27,6 +27,11 @@ def binary() -> Path:
         found = (found if found.is_absolute() else ROOT / found) / "release" / "lattice-brep"
     if not os.access(found, os.X_OK):
         raise NotBuilt(f"no program at {found}: run `cargo build --release`, or set LATTICE_BREP")
+    if "LATTICE_BREP" not in os.environ:
+        sources = [path for folder in ("src", "step_templates") for path in (ROOT / folder).rglob("*.*")]
+        newer = [path for path in sources if path.stat().st_mtime > found.stat().st_mtime]
+        if newer:
+            raise NotBuilt(f"{found} is older than {newer[0].relative_to(ROOT)}: run `cargo build --release`, or set LATTICE_BREP")
     return found
 
 
