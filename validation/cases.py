@@ -50,6 +50,11 @@ def cells(repeat: str, quick: bool) -> list[Case]:
     return out
 
 
+def hub(ends: list[list[float]]) -> dict:
+    """One node at the origin, and struts of radius 1 to these ends."""
+    return {"units": "mm", "nodes": [[0.0, 0.0, 0.0], *ends], "struts": [{"a": 0, "b": i + 1, "ra": 1.0, "rb": 1.0} for i in range(len(ends))]}
+
+
 def star(degree: int, seed: int) -> dict:
     """One node at the origin, `degree` struts of radius 1 whose directions are drawn until none is too near another."""
     draw = np.random.default_rng([RANDOM_SEED, seed])
@@ -62,16 +67,13 @@ def star(degree: int, seed: int) -> dict:
             if all(d @ e <= nearest for e in directions):
                 directions.append(d)
                 if len(directions) == degree:
-                    ends = [(STAR_LENGTH_MM * d).tolist() for d in directions]
-                    return {"units": "mm", "nodes": [[0.0, 0.0, 0.0], *ends],
-                            "struts": [{"a": 0, "b": i + 1, "ra": 1.0, "rb": 1.0} for i in range(degree)]}
+                    return hub([(STAR_LENGTH_MM * d).tolist() for d in directions])
 
 
 def curved_node(folder: Path) -> list[Case]:
     """One node of BCC for meshes of second order: with sectors of 120° in place of halves, 5e-4 of the elements were inside out, else 1e-4 and less."""
-    corners = [[x, y, z] for x in (-4, 4) for y in (-4, 4) for z in (-4, 4)]
     path = folder / "curved-node.json"
-    path.write_text(json.dumps({"units": "mm", "nodes": [[0, 0, 0], *corners], "struts": [{"a": 0, "b": i + 1, "ra": 1, "rb": 1} for i in range(8)]}))
+    path.write_text(json.dumps(hub([[x, y, z] for x in (-4, 4) for y in (-4, 4) for z in (-4, 4)])))
     return [Case("bcc node, curved", graph=path, limits={"most_inverted": 2e-4})]
 
 

@@ -95,7 +95,7 @@ def straighten(gmsh, ids: np.ndarray, tags: np.ndarray) -> np.ndarray:
 def mesh_here(step: str, sizes: Sizes, to: str) -> None:
     import gmsh
 
-    from checks.meshable import as_it_is
+    from checks.meshable import TEN_NODES, as_it_is
 
     gmsh.initialize(interruptible=False)
     as_it_is(gmsh)
@@ -106,7 +106,7 @@ def mesh_here(step: str, sizes: Sizes, to: str) -> None:
     refine(gmsh, sizes)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(2)
-    ids, tags = gmsh.model.mesh.getElementsByType(11)
+    ids, tags = gmsh.model.mesh.getElementsByType(TEN_NODES)
     tags = tags.reshape(-1, 10)
     straightened = straighten(gmsh, ids, tags)
     names, points, _ = gmsh.model.mesh.getNodes()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import signal
@@ -19,6 +20,7 @@ class NotBuilt(Exception):
     pass
 
 
+@functools.cache  # judged once, not at each run of the program
 def binary() -> Path:
     if "LATTICE_BREP" in os.environ:
         found = Path(os.environ["LATTICE_BREP"])

@@ -389,11 +389,7 @@ impl Part {
             }
         }
         for (&p, index) in s.points.iter().zip(&mut points) {
-            let p = self.center + unit * p;
-            if *index == NEW || self.points[*index as usize] != p {
-                *index = self.points.len() as u32;
-                self.points.push(p);
-            }
+            *index = self.share(unit, p, Some(*index).filter(|&held| held != NEW));
         }
         points
     }

@@ -7,6 +7,7 @@ use crate::brep::topology::connected_order;
 use crate::brep::{Borders, Circle, Curve, Edge, Face, Part, RimMap, Solid, SplineCurve, SplineSurface, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::{self, Write};
 use std::sync::OnceLock;
@@ -201,8 +202,9 @@ pub fn write_solid(out: &mut (impl Write + Send), solid: &Solid, name: &str, ids
     let tails = Tails::new(solid, decimals);
     emit(out, nodes, per_node, |n, t| {
         let part = solid.part(n);
-        let mut f = part.first_face() as usize..;
-        tails.each(solid, n, &part, |one, tail| face(t, solid, f.next().expect("no end"), one, Some((&part, tail)), ids));
+        for ((f, one), tail) in (part.first_face() as usize..).zip(&part.faces).zip(tails.of(solid, n, &part).iter()) {
+            face(t, solid, f, one, Some((&part, tail)), ids);
+        }
     })?;
     let mut t = vec![];
     entity(&mut t, ids.shell, "CLOSED_SHELL('',");
@@ -544,18 +546,16 @@ impl Tails {
         Tails { decimals, shared: several.take(Self::MOST).map(|same| (same[0], OnceLock::new())).collect() }
     }
 
-    /// Calls `each` with every face of the n-th node's part, in order, and its tail, which is empty where the face is no patch.
-    fn each(&self, solid: &Solid, n: usize, part: &Part, mut each: impl FnMut(&Face, &[u8])) {
+    /// The tail of each face of the n-th node's part, in order; empty where the face is no patch.
+    fn of(&self, solid: &Solid, n: usize, part: &Part) -> Cow<'_, [Vec<u8>]> {
         let tail = |face: &Face| match &face.surface {
             Surface::Spline(s) => surface_tail(s, self.decimals),
             _ => vec![],
         };
+        let format = || part.faces.iter().map(tail).collect::<Vec<_>>();
         match self.shared.get(&solid.skin_place(n)) {
-            Some(tails) => {
-                let tails = tails.get_or_init(|| part.faces.iter().map(tail).collect());
-                part.faces.iter().zip(tails).for_each(|(face, tail)| each(face, tail));
-            }
-            None => part.faces.iter().for_each(|face| each(face, &tail(face))),
+            Some(kept) => Cow::Borrowed(kept.get_or_init(format)),
+            None => Cow::Owned(format()),
         }
     }
 }
