@@ -194,9 +194,13 @@ impl Evaluation {
         };
         let both = |cells, lay: Lay| {
             let (facets, film) = film(cells)?;
-            ladder::by_degree(&lay(star, &film.cells)?, &film, &self.options, &self.degrees).map(|fitted| (facets, Some(fitted.skin)))
+            let fitted = ladder::by_degree(&lay(star, &film.cells)?, &film, &self.options, &self.degrees)?;
+            Ok((fitted, facets))
         };
-        ladder::in_turn(star, both).or_else(|_| Ok((film(Cells::new(star)?)?.0, None)))
+        match ladder::in_turn(star, &self.options, both) {
+            Ok((fitted, facets)) => Ok((facets, Some(fitted.skin))),
+            Err(_) => Ok((film(Cells::new(star)?)?.0, None)),
+        }
     }
 
     /// The refined mesh of a reading, and its patches where they can be fitted, with figures at their points.

@@ -11,6 +11,7 @@ pub mod cut;
 pub mod deviation;
 pub mod fair;
 pub mod film;
+mod join;
 pub mod level_set;
 pub mod mesh;
 pub mod refine;
