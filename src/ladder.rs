@@ -121,15 +121,19 @@ pub fn build(star: Star, options: &Options, degrees: &Degrees) -> Result<Built, 
 pub type Lay = fn(&Star, &Cells) -> Result<Layout, String>;
 
 /// With sides contracted as usual, with fewer, and with as few as must be (`SNAPS`), the usual layout before a fine one: the first that comes near enough to its film;
-/// where of one layout none does, the nearest. On failure the different reasons.
+/// where of one layout none does, the first. All corners are tried only where nothing else can be built: the slivers between them are nearer, but curvature jumps there
+/// without bound. On failure the different reasons.
 /// `build` may hand on what it made besides the skin.
 pub fn in_turn<T>(star: &Star, options: &Options, build: impl Fn(Cells, Lay) -> Result<(Fitted, T), String>) -> Result<(Fitted, T), String> {
     let enough = options.tolerance.max(FAR);
     let (mut told, mut last) = (String::new(), String::new());
     for (layout, lay) in [("", Layout::new as Lay), ("on a fine layout", Layout::fine)] {
-        let mut nearest: Option<(Fitted, T)> = None;
+        let mut first: Option<(Fitted, T)> = None;
         let mut tried = Vec::new();
         for (name, snap) in SNAPS {
+            if snap == LEAST_SNAP && first.is_some() {
+                break;
+            }
             let cells = Cells::joined(star, snap);
             let corners = cells.as_ref().ok().map(|c| c.corners.len());
             if tried.contains(&corners) {
@@ -138,7 +142,7 @@ pub fn in_turn<T>(star: &Star, options: &Options, build: impl Fn(Cells, Lay) -> 
             tried.push(corners);
             match cells.and_then(|cells| build(cells, lay)) {
                 Ok(built) if built.0.quality.deviation <= enough => return Ok(built),
-                Ok(built) => nearest = Some(nearest.filter(|n| n.0.quality.deviation <= built.0.quality.deviation).unwrap_or(built)),
+                Ok(built) => first = first.or(Some(built)),
                 Err(e) if e == last => {}
                 Err(e) => {
                     let way = [layout, name].join(" ");
@@ -147,8 +151,8 @@ pub fn in_turn<T>(star: &Star, options: &Options, build: impl Fn(Cells, Lay) -> 
                 }
             }
         }
-        if let Some(nearest) = nearest {
-            return Ok(nearest);
+        if let Some(first) = first {
+            return Ok(first);
         }
     }
     Err(told)
