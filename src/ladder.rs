@@ -122,8 +122,7 @@ pub type Lay = fn(&Star, &Cells) -> Result<Layout, String>;
 
 /// With sides contracted as usual, with fewer, and with as few as must be (`SNAPS`), the usual layout before a fine one: the first that comes near enough to its film;
 /// where of one layout none does, the first. All corners are tried only where nothing else can be built: the slivers between them are nearer, but curvature jumps there
-/// without bound. On failure the different reasons.
-/// `build` may hand on what it made besides the skin.
+/// without bound. On failure the different reasons. `build` may hand on what it made besides the skin.
 pub fn in_turn<T>(star: &Star, options: &Options, build: impl Fn(Cells, Lay) -> Result<(Fitted, T), String>) -> Result<(Fitted, T), String> {
     let enough = options.tolerance.max(FAR);
     let (mut told, mut last) = (String::new(), String::new());
