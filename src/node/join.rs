@@ -107,9 +107,11 @@ impl<'a> Joining<'a> {
     /// Contract all sides that are too short for what their ends were moved.
     fn lengthen(&mut self) {
         let short = |joining: &Self| {
-            joining.sides.iter().map(|side| joining.ends(side)).find(|&[a, b]| {
-                a != b && joining.means[a].distance(joining.means[b]) < LEAST_SIDE * (joining.moved[a] + joining.moved[b])
-            })
+            joining
+                .sides
+                .iter()
+                .map(|side| joining.ends(side))
+                .find(|&[a, b]| a != b && joining.means[a].distance(joining.means[b]) < LEAST_SIDE * (joining.moved[a] + joining.moved[b]))
         };
         while let Some([a, b]) = short(self) {
             self.merge(a, b);
